@@ -1,0 +1,1 @@
+"""Links and wire formats that come with gaitway."""

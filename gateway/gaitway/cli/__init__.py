@@ -1,0 +1,6 @@
+"""The gaitway command."""
+
+
+def main() -> int:
+    """Run."""
+    return 0

@@ -1,0 +1,147 @@
+"""What gaitway says about a walk: the payloads of the bus and of the recording.
+
+Names are those of the field (Mobilise-D: ``stride_length_m``, ``cadence_spm``,
+``walking_speed_mps``), every number has its unit in its name and a standard deviation beside it.
+A number that can't be known is ``null``, never 0. Each class is one ``kind``, the last chunk of
+its key on the bus; the JSON Schemas of bus and recording are generated from these classes.
+"""
+
+from typing import ClassVar, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+
+class Event(BaseModel):
+    """Base of all events."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
+    )
+    kind: ClassVar[str]
+
+    t_ns: int
+    """When it happened: nanoseconds of the gateway's monotonic clock; differences are exact."""
+
+
+class Stride(Event):
+    """One cycle of whatever carries the sensor: for a cane one placement, for a shank one stride."""
+
+    kind: ClassVar[str] = "stride"
+
+    start_t_ns: int
+    """Where the cycle began, same clock as t_ns; t_ns is where it ended."""
+    stride_length_m: float
+    """Horizontal distance between the contact before and the contact after."""
+    stride_length_sigma_m: float
+    """Standard deviation of stride_length_m."""
+    stride_duration_s: float
+    """From start_t_ns to t_ns."""
+    stride_duration_sigma_s: float
+    """Standard deviation of stride_duration_s."""
+    walking_speed_mps: float
+    """Length over duration."""
+    walking_speed_sigma_mps: float
+    """Standard deviation of walking_speed_mps."""
+    stance_duration_s: float | None = None
+    """Time on the ground within the cycle."""
+    swing_duration_s: float | None = None
+    """Time in the air within the cycle."""
+
+
+class Distance(Event):
+    """The running distance since the estimator began."""
+
+    kind: ClassVar[str] = "distance"
+
+    since_t_ns: int
+    """When counting began, same clock as t_ns."""
+    distance_m: float
+    """Sum of all stride lengths while walking."""
+    distance_sigma_m: float
+    """Standard deviation of distance_m; grows with every metre and with all that went unseen."""
+    strides: int
+    """Strides counted into distance_m."""
+    walking_s: float
+    """Time spent walking."""
+    unmeasured_s: float
+    """Time that may have been walking but gave no usable measure (gaps, no contact, clipping)."""
+
+
+class Bout(Event):
+    """A walking bout began or ended."""
+
+    kind: ClassVar[str] = "bout"
+
+    phase: Literal["start", "end"]
+    """Which of the two."""
+    start_t_ns: int
+    """When the bout began, same clock as t_ns."""
+    duration_s: float | None = None
+    """Length of the bout; null at its start."""
+    strides: int | None = None
+    """Strides in the bout; null at its start."""
+    distance_m: float | None = None
+    """Distance of the bout; null at its start."""
+    distance_sigma_m: float | None = None
+    """Standard deviation of distance_m."""
+    walking_speed_mps: float | None = None
+    """Distance over duration."""
+    walking_speed_sigma_mps: float | None = None
+    """Standard deviation of walking_speed_mps."""
+    cadence_spm: float | None = None
+    """Cycles of the sensor's carrier per minute (a step of a cane is one placement)."""
+    cadence_sigma_spm: float | None = None
+    """Standard deviation of cadence_spm."""
+
+
+class Anomaly(Event):
+    """Something that makes numbers untrustworthy, said while it happens."""
+
+    kind: ClassVar[str] = "anomaly"
+
+    anomaly: str
+    """Short kebab-case name, for example sensor-clipped, no-contact, gap-in-stride."""
+    detail: str
+    """One line for a person."""
+
+
+LinkStateName = Literal["closed", "opening", "syncing", "streaming", "stale", "waiting"]
+
+
+class Status(Event):
+    """How one device's link and estimator are, sent on every change and every few seconds."""
+
+    kind: ClassVar[str] = "status"
+
+    link: LinkStateName
+    """streaming is the only state in which samples flow."""
+    reason: str
+    """Why it is so, and what to do about it where there is something to do."""
+    since_t_ns: int
+    """When the link came into this state, same clock as t_ns."""
+    samples: int
+    """Samples received since the gateway started."""
+    samples_lost: int
+    """Samples known to be missing since the gateway started."""
+    sample_rate_hz: float | None
+    """Rate over the last seconds; null when nothing came."""
+    faults: dict[str, int]
+    """Unusable bytes and messages by kind since the gateway started."""
+    reconnects: int
+    """How often the link was opened again since the gateway started."""
+    bytes_received: int
+    """Bytes read from the link since the gateway started."""
+    estimator: Literal["running", "failed"]
+    """failed: the estimator raised and was reset; what it measured before stands."""
+    latency_s: float
+    """Look-ahead of the estimator: an event is published this long after what it speaks of."""
+    dropped: dict[str, int]
+    """Items dropped by each bounded queue since the gateway started (all devices together)."""
+    recording: Literal["on", "off", "paused"]
+    """paused: the disk refused; it is tried again."""
+    device: dict[str, str | int | float]
+    """What the device said about itself: ids, firmware, settings, battery."""
+
+
+EVENT_TYPES: tuple[type[Event], ...] = (Stride, Distance, Bout, Anomaly, Status)
+"""Every kind there is; keys, schemas and docs are made from this tuple."""

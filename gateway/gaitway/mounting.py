@@ -1,0 +1,56 @@
+"""How an IMU sits on a device: one rotation, applied once, before the estimator.
+
+``mounting = { x = "up", y = "right", z = "forward" }`` says where each IMU axis points when the
+device stands upright, walked straight ahead. Nothing else in gaitway swaps axes.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitway.samples import Floats
+
+DIRECTIONS: Final[Mapping[str, tuple[float, float, float]]] = {
+    "forward": (1.0, 0.0, 0.0),
+    "backward": (-1.0, 0.0, 0.0),
+    "left": (0.0, 1.0, 0.0),
+    "right": (0.0, -1.0, 0.0),
+    "up": (0.0, 0.0, 1.0),
+    "down": (0.0, 0.0, -1.0),
+}
+"""Unit vectors of the device frame d (x forward, y left, z up)."""
+
+
+def rotation_from_mounting(mounting: Mapping[str, str]) -> Floats:
+    """Return ``C_db``, shape (3, 3), which takes IMU components to device components.
+
+    Args:
+        mounting: For each of ``x``, ``y`` and ``z`` the direction that IMU axis points to.
+
+    Raises:
+        ValueError: An axis is missing, a direction is unknown, or the three do not form a
+            right-handed frame; the text says which and what would.
+    """
+    missing = [axis for axis in "xyz" if axis not in mounting]
+    extra = [axis for axis in mounting if axis not in ("x", "y", "z")]
+    if missing or extra:
+        raise ValueError(f"mounting needs exactly x, y and z (missing {missing}, unknown {extra})")
+    for axis, direction in mounting.items():
+        if direction not in DIRECTIONS:
+            choices = ", ".join(DIRECTIONS)
+            raise ValueError(f"mounting.{axis}: {direction!r} is no direction (use {choices})")
+    C_db = np.array([DIRECTIONS[mounting[axis]] for axis in "xyz"]).T
+    determinant = float(np.linalg.det(C_db))
+    if determinant < 0.5:
+        x, y = C_db[:, 0], C_db[:, 1]
+        z = np.cross(x, y)
+        if not z.any():
+            raise ValueError("mounting: two axes lie on the same line; no sensor sits like that")
+        right = next(name for name, unit in DIRECTIONS.items() if np.array_equal(unit, z))
+        raise ValueError(
+            f"mounting is left-handed: with x {mounting['x']} and y {mounting['y']}, z points "
+            f"{right}, not {mounting['z']}"
+        )
+    C_db.setflags(write=False)
+    return C_db

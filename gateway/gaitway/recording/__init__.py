@@ -1,0 +1,1 @@
+"""MCAP recordings: writing, reading, keeping within bounds."""

@@ -1,0 +1,1 @@
+"""The daemon: one task a device, bounded lanes to recorder and publisher."""

@@ -1,0 +1,1 @@
+"""Clocks, links and suites for testing plugins without hardware."""
