@@ -36,7 +36,7 @@ class Transport(Protocol):
         ...
 
     async def receive(self) -> Chunk:
-        """Return the next bytes, never empty; raise ``TransportLostError`` when the link is gone."""
+        """Return the next bytes, never empty; raise ``TransportLostError`` if the link is gone."""
         ...
 
     async def send(self, payload: bytes) -> None:

@@ -24,7 +24,7 @@ class Event(BaseModel):
 
 
 class Stride(Event):
-    """One cycle of whatever carries the sensor: for a cane one placement, for a shank one stride."""
+    """One cycle of whatever carries the sensor; for a cane one placement."""
 
     kind: ClassVar[str] = "stride"
 
