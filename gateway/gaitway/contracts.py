@@ -178,7 +178,8 @@ class WalkPlan:
 
     Attributes:
         distance_m: How far to walk, roughly: the last stride is a whole one.
-        seed: Same seed, same person, sensor and noise.
+        seed: Same seed, same person and sensor.
+        repetition: Which walk of that person: other steps and noise, same sensor.
         rate_hz: Sample rate.
         rest_s: Standing still before and after.
         speed_mps: Walking speed; the person's own where None.
@@ -188,6 +189,7 @@ class WalkPlan:
 
     distance_m: float
     seed: int = 0
+    repetition: int = 0
     rate_hz: float = 100.0
     rest_s: float = 3.0
     speed_mps: float | None = None

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitway.samples import Floats
+from gaitway.samples import ACCEL, ATTITUDE, GYRO, Floats, SampleBatch
 
 DIRECTIONS: Final[Mapping[str, tuple[float, float, float]]] = {
     "forward": (1.0, 0.0, 0.0),
@@ -54,3 +54,54 @@ def rotation_from_mounting(mounting: Mapping[str, str]) -> Floats:
         )
     C_db.setflags(write=False)
     return C_db
+
+
+def mount(batch: SampleBatch, C_db: Floats) -> SampleBatch:
+    """Return a batch with specific force, angular rate and attitude in the device frame.
+
+    Args:
+        batch: Samples in IMU axes (frame b).
+        C_db: Rotation from IMU to device components, shape (3, 3).
+    """
+    channels = dict(batch.channels)
+    for channel in (ACCEL, GYRO):
+        if channel.name in channels:
+            channels[channel.name] = _read_only(channels[channel.name] @ C_db.T)
+    if ATTITUDE.name in channels:
+        channels[ATTITUDE.name] = _read_only(_turned(channels[ATTITUDE.name], C_db))
+    return SampleBatch(batch.t_ns, batch.period_s, batch.sequence, channels)
+
+
+def _turned(q_nb: Floats, C_db: Floats) -> Floats:
+    """Return q_nd, shape (n, 4), from q_nb: the attitude of the device instead of the IMU."""
+    C_bd = C_db.T
+    # Every mounting is a signed permutation, so the trace can be -1; take the largest component.
+    squares = np.array(
+        [
+            1 + C_bd[0, 0] + C_bd[1, 1] + C_bd[2, 2],
+            1 + C_bd[0, 0] - C_bd[1, 1] - C_bd[2, 2],
+            1 - C_bd[0, 0] + C_bd[1, 1] - C_bd[2, 2],
+            1 - C_bd[0, 0] - C_bd[1, 1] + C_bd[2, 2],
+        ]
+    )
+    products = np.array(
+        [
+            [0.0, C_bd[2, 1] - C_bd[1, 2], C_bd[0, 2] - C_bd[2, 0], C_bd[1, 0] - C_bd[0, 1]],
+            [0.0, 0.0, C_bd[0, 1] + C_bd[1, 0], C_bd[0, 2] + C_bd[2, 0]],
+            [0.0, 0.0, 0.0, C_bd[1, 2] + C_bd[2, 1]],
+            [0.0, 0.0, 0.0, 0.0],
+        ]
+    )
+    outer = products + products.T + np.diag(squares)  # 4 q q^T
+    largest = int(np.argmax(squares))
+    w, x, y, z = outer[largest] / np.linalg.norm(outer[largest])
+    right = np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])
+    q_nd = q_nb @ right.T
+    signs = np.where(q_nd[:, :1] < 0, -1.0, 1.0)
+    return np.asarray(q_nd * signs, dtype=np.float64)
+
+
+def _read_only(rows: Floats) -> Floats:
+    rows = np.ascontiguousarray(rows)
+    rows.setflags(write=False)
+    return rows

@@ -26,7 +26,7 @@ class Registry:
         devices: By name.
         loaded: Names of the plugins in use, with the distribution and version each came from.
         failures: One error per plugin that can't be used, by entry-point name.
-        disabled: Names of the plugins the configuration switched off.
+        disabled_found: Names of the installed plugins that the configuration switched off.
     """
 
     transports: dict[str, TransportType] = field(default_factory=dict)
@@ -34,7 +34,7 @@ class Registry:
     devices: dict[str, DeviceType] = field(default_factory=dict)
     loaded: dict[str, str] = field(default_factory=dict)
     failures: dict[str, PluginError] = field(default_factory=dict)
-    disabled: tuple[str, ...] = ()
+    disabled_found: tuple[str, ...] = ()
 
     def add(self, ep: EntryPoint) -> None:
         """Load one plugin and take what it offers.
@@ -83,9 +83,11 @@ def load_registry(
         found: Entry points to load instead of the installed ones.
     """
     off = tuple(disabled)
-    registry = Registry(disabled=off)
-    candidates = entry_points(group=GROUP) if found is None else found
-    for ep in sorted(candidates, key=lambda candidate: candidate.name):
+    candidates = sorted(
+        entry_points(group=GROUP) if found is None else found, key=lambda candidate: candidate.name
+    )
+    registry = Registry(disabled_found=tuple(ep.name for ep in candidates if ep.name in off))
+    for ep in candidates:
         if ep.name in off:
             continue
         try:

@@ -6,6 +6,7 @@ setting the date, or by a Pi without a battery-backed clock learning the time an
 
 import asyncio
 import time
+from collections import deque
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Protocol
@@ -76,3 +77,103 @@ class WallAnchor:
     def stepped_by_s(self, clock: Clock) -> float:
         """Return how far the wall clock has moved against the monotonic one since the anchor."""
         return (clock.wall_ns() - self.to_wall_ns(clock.now_ns())) / NS_PER_S
+
+
+WINDOW_S = 2.0
+"""The smallest delay within each window of device time is kept; transport jitter is above it."""
+WINDOWS = 60
+"""Two minutes of windows: long enough for 10 ppm of drift to show above 1 ms of jitter."""
+WINDOWS_FOR_DRIFT = 10
+MAX_DRIFT = 500e-6
+"""No crystal is worse; a larger slope is queueing, not drift."""
+SLEW_TIME_S = 10.0
+MAX_SLEW = 0.05
+"""The stamp may run at most this much faster or slower than the device: never backwards."""
+
+
+class DeviceClock:
+    """Device time in terms of host time, from when bytes arrived.
+
+    A message can be late, never early, so the smallest ``arrival - device`` of each window lies on
+    the true line; a straight line under those minima gives offset and drift (the lower hull of
+    Zhang, Liu and Xia 2002, with one point a window). Bursts and stalls only add points above it.
+    The line in use is slewed towards the one found, so stamps are continuous and rise strictly.
+    """
+
+    def __init__(self) -> None:
+        self._windows: deque[tuple[int, int]] = deque(maxlen=WINDOWS)
+        self._window_end_ns: int | None = None
+        self._best: tuple[int, int] | None = None
+        self._base_device_ns = 0
+        self._base_offset_ns = 0
+        self._slope = 0.0
+        self._drift = 0.0
+
+    @property
+    def started(self) -> bool:
+        """Whether anything was observed since the last reset."""
+        return self._window_end_ns is not None
+
+    @property
+    def drift_ppm(self) -> float:
+        """How much faster host time runs than device time, parts per million; 0 until known."""
+        return self._drift * 1e6
+
+    def reset(self) -> None:
+        """Forget everything: the device's clock began anew."""
+        self.__init__()  # type: ignore[misc]  # the initial state, written once
+
+    def observe(self, arrival_ns: int, device_ns: int) -> None:
+        """Take the arrival of the sample that the device stamped ``device_ns``."""
+        offset_ns = arrival_ns - device_ns
+        if self._window_end_ns is None:
+            self._base_device_ns, self._base_offset_ns = device_ns, offset_ns
+            self._window_end_ns = device_ns + round(WINDOW_S * NS_PER_S)
+        if self._best is None or offset_ns < self._best[1]:
+            self._best = (device_ns, offset_ns)
+        if device_ns >= self._window_end_ns:
+            self._windows.append(self._best)
+            self._best = None
+            self._window_end_ns = device_ns + round(WINDOW_S * NS_PER_S)
+            self._aim(device_ns)
+
+    def to_host_ns(self, device_ns: int) -> int:
+        """Return the host time of a device time."""
+        since_ns = device_ns - self._base_device_ns
+        return device_ns + self._base_offset_ns + round(self._slope * since_ns)
+
+    def _aim(self, device_ns: int) -> None:
+        """Set the slope that brings the offset in use to the one found within SLEW_TIME_S."""
+        present_ns = self.to_host_ns(device_ns) - device_ns
+        self._drift = self._find_drift()
+        found_ns = min(
+            offset_ns + self._drift * (device_ns - at_ns) for at_ns, offset_ns in self._windows
+        )
+        slew = (found_ns - present_ns) / (SLEW_TIME_S * NS_PER_S)
+        self._base_device_ns, self._base_offset_ns = device_ns, present_ns
+        self._slope = self._drift + max(-MAX_SLEW, min(MAX_SLEW, slew))
+
+    def _find_drift(self) -> float:
+        """Return the slope of the lower hull's edge below the middle of the windows.
+
+        A point above the hull, however far, changes nothing; a fit of squares would follow it.
+        """
+        if len(self._windows) < WINDOWS_FOR_DRIFT:
+            return 0.0
+        hull: list[tuple[int, int]] = []
+        for point in self._windows:
+            while len(hull) > 1 and not _turns_up(hull[-2], hull[-1], point):
+                hull.pop()
+            hull.append(point)
+        middle_ns = (hull[0][0] + hull[-1][0]) // 2
+        right = next(index for index, point in enumerate(hull) if point[0] > middle_ns)
+        (left_at, left_offset), (right_at, right_offset) = hull[right - 1], hull[right]
+        slope = (right_offset - left_offset) / (right_at - left_at)
+        return max(-MAX_DRIFT, min(MAX_DRIFT, slope))
+
+
+def _turns_up(first: tuple[int, int], second: tuple[int, int], third: tuple[int, int]) -> bool:
+    """Tell whether the way over three points bends upwards at the second."""
+    return (second[0] - first[0]) * (third[1] - first[1]) > (second[1] - first[1]) * (
+        third[0] - first[0]
+    )

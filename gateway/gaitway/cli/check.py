@@ -1,0 +1,48 @@
+"""Check a configuration: everything short of opening a port.
+
+Prints every error at once, each with file, key and remedy, and exits with status 78; or what the
+gateway would do, and exits with 0.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+from gaitway.config.load import load_config
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("config", type=Path, metavar="CONFIG", help="gateway.toml")
+    parser.add_argument(
+        "--json", action="store_true", help="print the effective configuration, defaults filled in"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Check and describe."""
+    loaded = load_config(arguments.config)
+    if arguments.json:
+        print(json.dumps(loaded.effective(), indent=2))
+        return 0
+    gateway = loaded.gateway
+    for device in loaded.devices:
+        axes = ", ".join(f"{axis} {way}" for axis, way in device.mounting.items())
+        port = getattr(device.transport_params, "port", "")
+        print(
+            f"{device.config.id}: {device.device_type.name} over {device.transport_type.name}"
+            f" {port} ({device.codec_type.name}), mounted {axes}"
+        )
+    for config in gateway.devices:
+        if not config.enabled:
+            print(f"{config.id}: switched off")
+    if not loaded.devices:
+        print("no devices: the gateway would run and do nothing (add [[devices]])")
+    print(f"keys: gaitway/v1/{gateway.site}/{{device}}/{{kind}}")
+    print(f"bus: {', '.join(gateway.bus.listen) or 'listens nowhere'}")
+    recording = gateway.recording
+    print(f"recording: {recording.directory if recording.enabled else 'off'}")
+    for note in loaded.notes:
+        print(f"note: {note}")
+    print("ok")
+    return 0

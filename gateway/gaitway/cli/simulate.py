@@ -1,0 +1,204 @@
+"""Be a device: a simulated person walks with it, with known truth.
+
+As a serial device on a pseudo-terminal, answering the handshake as the real one would, so that the
+gateway only ever sees a port:
+
+    gaitway simulate quad-cane --protocol xbus --link /tmp/cane --distance 20
+
+The walk begins when the gateway has started the measurement; walk follows walk until Ctrl-C.
+Or as a file for gaitway estimate:
+
+    gaitway simulate quad-cane --csv walk.csv --distance 170 --turn-back
+"""
+
+import argparse
+import itertools
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from gaitway.contracts import DeviceType, Peripheral, SimulatedWalk, WalkPlan
+from gaitway.errors import InputDataError
+from gaitway.registry import load_registry
+from gaitway.samples import CHANNELS, Floats
+from gaitway.testing.pty_port import PtyPort
+from gaitway.timebase import NS_PER_S, Clock, HostClock
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("device", metavar="DEVICE", help="device type, as gaitway plugins lists")
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--link", type=Path, metavar="PATH", help="offer it as a port at PATH")
+    where.add_argument("--csv", type=Path, metavar="FILE", help="write one walk to a CSV file")
+    parser.add_argument("--protocol", default="xbus", help="wire format (default: xbus)")
+    parser.add_argument("--distance", type=float, default=20.0, metavar="M", help="per walk (20)")
+    parser.add_argument("--rest", type=float, default=4.0, metavar="S", help="rest at the ends (4)")
+    parser.add_argument("--speed", type=float, metavar="M/S", help="default: the person's own")
+    parser.add_argument("--rate", type=float, default=100.0, metavar="HZ", help="samples (100)")
+    parser.add_argument("--seed", type=int, default=0, help="another seed, another person (0)")
+    parser.add_argument("--turn-back", action="store_true", help="turn half-way and come back")
+    parser.add_argument(
+        "--walks", type=int, metavar="N", help="stop after N walks (default: never)"
+    )
+    parser.add_argument("--truth", type=Path, metavar="FILE", help="write true strides, JSON lines")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulate to a port or to a file."""
+    registry = load_registry()
+    device = registry.devices.get(arguments.device)
+    if device is None or device.simulate is None:
+        can = ", ".join(name for name, known in registry.devices.items() if known.simulate)
+        raise InputDataError(f"{arguments.device!r} can't be simulated (one of: {can})")
+    plan = WalkPlan(
+        distance_m=arguments.distance,
+        seed=arguments.seed,
+        rate_hz=arguments.rate,
+        rest_s=arguments.rest,
+        speed_mps=arguments.speed,
+        turn_back=arguments.turn_back,
+    )
+    truth = TruthLog(arguments.truth)
+    if arguments.csv:
+        walk = device.simulate(plan)
+        write_csv(walk, arguments.csv)
+        truth.add_walk(walk, 0.0)
+        print(
+            f"{arguments.csv}: {len(walk.pos_n) / walk.rate_hz:.1f} s at {walk.rate_hz:g} Hz, true"
+            f" distance {walk.distance_m:.3f} m in {len(walk.stride_length_m)} strides"
+        )
+        return 0
+    codec = registry.codecs.get(arguments.protocol)
+    if codec is None or codec.make_peripheral is None:
+        can = ", ".join(name for name, known in registry.codecs.items() if known.make_peripheral)
+        raise InputDataError(f"{arguments.protocol!r} can't be simulated (one of: {can})")
+    peripheral = codec.make_peripheral(arguments.rate)
+    with PtyPort(arguments.link) as port:
+        print(f"{device.name} speaks {codec.name} at {arguments.link}", flush=True)
+        _serve(port, peripheral, _walks(device, plan, arguments.walks), truth)
+    return 0
+
+
+def write_csv(walk: SimulatedWalk, path: Path) -> None:
+    """Write what the sensor reported, as gaitway estimate reads it."""
+    columns = ["t_s"]
+    values = [np.arange(len(walk.pos_n)) / walk.rate_hz]
+    for channel in CHANNELS:
+        if channel.name in walk.channels:
+            columns += channel.columns
+            values += list(walk.channels[channel.name].T)
+    rows = np.column_stack(values)
+    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
+
+
+@dataclass(slots=True)
+class TruthLog:
+    """True strides as they happen, a JSON object a line.
+
+    Attributes:
+        path: Where to write; nowhere when None.
+        distance_m: Walked so far.
+        strides: Made so far.
+    """
+
+    path: Path | None
+    distance_m: float = 0.0
+    strides: int = 0
+
+    def add_walk(self, walk: SimulatedWalk, start_s: float) -> None:
+        """Add all strides of a walk."""
+        for number in range(len(walk.stride_length_m)):
+            self.add_stride(walk, number, start_s)
+
+    def add_stride(self, walk: SimulatedWalk, number: int, start_s: float) -> None:
+        """Add one stride of a walk that began ``start_s`` after the first sample."""
+        self.distance_m += float(walk.stride_length_m[number])
+        self.strides += 1
+        if self.path is None:
+            return
+        line = {
+            "t_s": round(start_s + float(walk.stride_end_s[number]), 6),
+            "time_unix_s": HostClock().wall_ns() / NS_PER_S,
+            "stride_length_m": float(walk.stride_length_m[number]),
+            "strides": self.strides,
+            "distance_m": self.distance_m,
+        }
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+
+
+def _walks(device: DeviceType, plan: WalkPlan, count: int | None) -> Iterator[SimulatedWalk]:
+    assert device.simulate is not None
+    for repetition in range(count) if count is not None else itertools.count():
+        yield device.simulate(replace(plan, repetition=repetition))
+
+
+def _serve(
+    port: PtyPort, peripheral: Peripheral, walks: Iterator[SimulatedWalk], truth: TruthLog
+) -> None:
+    """Play walk after walk in real time, answering the host all along."""
+    port.write(peripheral.start())
+    player = _Player(port, peripheral, HostClock())
+    for walk in walks:
+        player.play(walk, truth)
+        print(
+            f"{player.elapsed_s:8.1f} s: walked {truth.distance_m:.2f} m in {truth.strides} strides"
+            " (true)",
+            flush=True,
+        )
+    print("all walks done", file=sys.stderr)
+
+
+class _Player:
+    """Sends samples when they are due, and answers the host in between."""
+
+    def __init__(self, port: PtyPort, peripheral: Peripheral, clock: Clock) -> None:
+        self._port, self._peripheral, self._clock = port, peripheral, clock
+        self._index = 0
+        self._started_ns: int | None = None
+        self._rate_hz = 1.0
+
+    @property
+    def elapsed_s(self) -> float:
+        """Device time since the first sample."""
+        return self._index / self._rate_hz
+
+    def play(self, walk: SimulatedWalk, truth: TruthLog) -> None:
+        """Send every sample of a walk, and tell the truth about each stride as it ends."""
+        self._rate_hz = walk.rate_hz
+        began_s = self.elapsed_s
+        strides_told = 0
+        for row in range(len(walk.pos_n)):
+            channels = {name: values[row] for name, values in walk.channels.items()}
+            while not self._send(channels):
+                self._answer(0.1)  # nobody has started the measurement yet: the person waits
+            while (
+                strides_told < len(walk.stride_end_s)
+                and walk.stride_end_s[strides_told] <= row / walk.rate_hz
+            ):
+                truth.add_stride(walk, strides_told, began_s)
+                strides_told += 1
+
+    def _send(self, channels: Mapping[str, Floats]) -> bool:
+        """Send one sample at its time; return False while the device was never started."""
+        if self._started_ns is not None:
+            due_ns = self._started_ns + round(self._index * NS_PER_S / self._rate_hz)
+            while (wait_ns := due_ns - self._clock.now_ns()) > 0:
+                self._answer(wait_ns / NS_PER_S)
+        data = self._peripheral.encode(self._index, channels)
+        if self._started_ns is None:
+            if not data:
+                return False
+            self._started_ns = self._clock.now_ns()
+        self._port.write(data)
+        self._index += 1
+        return True
+
+    def _answer(self, timeout_s: float) -> None:
+        if self._port.wait(timeout_s):
+            self._port.write(self._peripheral.feed(self._port.read()))

@@ -1,0 +1,118 @@
+"""Show what gateways publish, live, one readable line an event.
+
+Without a key expression everything is shown; gaitway/v1/*/*/stride shows the strides of all
+devices. Devices that appear or vanish are told at once (their liveliness). Ctrl-C ends it.
+"""
+
+import argparse
+import json
+import sys
+import threading
+from typing import Any
+
+from gaitway.bus.subscriber import open_client
+
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "keyexpr",
+        nargs="?",
+        default="gaitway/v1/**",
+        metavar="KEYEXPR",
+        help="what to show (default: gaitway/v1/**)",
+    )
+    parser.add_argument(
+        "--connect",
+        default=DEFAULT_ENDPOINT,
+        metavar="ENDPOINT",
+        help=f"the gateway's endpoint (default: {DEFAULT_ENDPOINT}); it may come later and go",
+    )
+    parser.add_argument("--json", action="store_true", help="print payloads as they are, with keys")
+    parser.add_argument(
+        "--last", type=int, default=1, metavar="N", help="begin with the newest N of each key"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Subscribe and print until interrupted."""
+    shown = threading.Lock()
+
+    def show_event(key: str, payload: bytes) -> None:
+        line = f"{key} {payload.decode()}" if arguments.json else describe(json.loads(payload))
+        with shown:
+            print(line, flush=True)
+
+    def show_liveliness(key: str, alive: bool) -> None:
+        if not arguments.json:
+            with shown:
+                print(f"{key.rsplit('/', 1)[-1]}: {'streaming' if alive else 'gone'}", flush=True)
+
+    print(f"watching {arguments.keyexpr} at {arguments.connect}", file=sys.stderr)
+    with open_client(arguments.connect) as client:
+        client.subscribe(arguments.keyexpr, show_event, last=arguments.last)
+        client.watch_liveliness(show_liveliness)
+        threading.Event().wait()
+    return 0
+
+
+def describe(event: dict[str, Any]) -> str:
+    """Return one line for a person about a published event."""
+    kind = event["kind"]
+    writer = _WRITERS.get(kind)
+    text = writer(event) if writer else json.dumps(event)
+    return f"{event['time_utc'][11:23]} {event['device']:12} {kind:8} {text}"
+
+
+def _stride(event: dict[str, Any]) -> str:
+    return (
+        f"{event['stride_length_m']:.2f} +- {event['stride_length_sigma_m']:.2f} m in "
+        f"{event['stride_duration_s']:.2f} s, {event['walking_speed_mps']:.2f} m/s"
+    )
+
+
+def _distance(event: dict[str, Any]) -> str:
+    unseen = f", {event['unmeasured_s']:.0f} s unseen" if event["unmeasured_s"] else ""
+    return (
+        f"{event['distance_m']:.2f} +- {event['distance_sigma_m']:.2f} m in "
+        f"{event['strides']} strides{unseen}"
+    )
+
+
+def _bout(event: dict[str, Any]) -> str:
+    if event["phase"] == "start":
+        return "begins"
+    return (
+        f"ends: {event['distance_m']:.2f} +- {event['distance_sigma_m']:.2f} m, "
+        f"{event['strides']} strides in {event['duration_s']:.0f} s, "
+        f"{event['cadence_spm']:.0f} per minute"
+    )
+
+
+def _anomaly(event: dict[str, Any]) -> str:
+    return f"{event['anomaly']}: {event['detail']}"
+
+
+def _status(event: dict[str, Any]) -> str:
+    rate = event["sample_rate_hz"]
+    text = f"{event['link']}: {event['reason']}; {event['samples']} samples"
+    if rate is not None:
+        text += f" at {rate:.1f} Hz"
+    if event["samples_lost"]:
+        text += f", {event['samples_lost']} lost"
+    if event["faults"]:
+        text += ", faults " + " ".join(f"{kind} {n}" for kind, n in event["faults"].items())
+    if event["recording"] != "on":
+        text += f", recording {event['recording']}"
+    return text
+
+
+_WRITERS = {
+    "stride": _stride,
+    "distance": _distance,
+    "bout": _bout,
+    "anomaly": _anomaly,
+    "status": _status,
+}

@@ -1,0 +1,124 @@
+"""The daemon: builds everything from a checked configuration, runs it, and stops it in order."""
+
+import asyncio
+import json
+import logging
+import platform
+import signal
+import uuid
+from collections.abc import Mapping
+from typing import Final, Literal
+
+from gaitway import __version__
+from gaitway.bus.zenoh_publisher import ZenohPublisher
+from gaitway.config.load import LoadedConfig
+from gaitway.recording.recorder import Recorder
+from gaitway.recording.recover import recover
+from gaitway.runtime.device_task import DeviceTask
+from gaitway.runtime.outlet import LiveOutlet
+from gaitway.runtime.sd_notify import notify, watchdog_interval_s
+from gaitway.timebase import Clock
+
+logger = logging.getLogger(__name__)
+
+PUBLISH_ON_CLOSE_S: Final = 0.4
+RECORD_ON_CLOSE_S: Final = 1.2
+"""Together below the two seconds within which a stop is promised."""
+
+
+async def run_daemon(loaded: LoadedConfig, clock: Clock) -> None:
+    """Run the gateway until SIGTERM or SIGINT.
+
+    Raises:
+        PublishError: The bus can't be opened.
+    """
+    run = uuid.uuid4().hex[:8]
+    gateway = loaded.gateway
+    publisher = ZenohPublisher(
+        gateway.bus,
+        gateway.site,
+        {device.config.id: device.device_type.name for device in loaded.devices},
+        run,
+        clock,
+    )
+    recorder = _start_recorder(loaded, run, clock)
+    try:
+        await _run_devices(loaded, clock, publisher, recorder)
+    finally:
+        notify("STOPPING=1")
+        if recorder:
+            recorder.close(RECORD_ON_CLOSE_S)
+        publisher.close(PUBLISH_ON_CLOSE_S)
+        logger.info("stopped")
+
+
+def _start_recorder(loaded: LoadedConfig, run: str, clock: Clock) -> Recorder | None:
+    params = loaded.gateway.recording
+    if not params.enabled:
+        return None
+    for line in recover(params.directory):
+        logger.info("recording: %s", line)
+    header = {
+        "config": json.dumps(loaded.effective()),
+        "gaitway_version": __version__,
+        "plugins": json.dumps(loaded.registry.loaded),
+        "host": platform.node(),
+        "platform": platform.platform(),
+        "site": loaded.gateway.site,
+        "run": run,
+    }
+    devices = [device.config.id for device in loaded.devices]
+    recorder = Recorder(params, clock, devices, header, run)
+    recorder.start()
+    return recorder
+
+
+async def _run_devices(
+    loaded: LoadedConfig, clock: Clock, publisher: ZenohPublisher, recorder: Recorder | None
+) -> None:
+    """Run all device tasks and the watchdog until a signal asks to stop."""
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, stop.set)
+    outlet = LiveOutlet(recorder, publisher)
+
+    def surroundings() -> tuple[Mapping[str, int], Literal["on", "off", "paused"]]:
+        if recorder is None:
+            return {"publish": publisher.dropped}, "off"
+        return {"publish": publisher.dropped, "record": recorder.dropped}, recorder.state
+
+    async with asyncio.TaskGroup() as group:
+        tasks = [
+            group.create_task(
+                DeviceTask(device, clock, outlet, surroundings).run(), name=device.config.id
+            )
+            for device in loaded.devices
+        ]
+        tasks.append(group.create_task(_watchdog(clock, publisher, recorder), name="watchdog"))
+        await asyncio.sleep(0)  # every device is opening its link now
+        notify("READY=1")
+        logger.info("ready: %s", _describe(loaded, recorder))
+        await stop.wait()
+        logger.info("stopping")
+        for task in tasks:
+            task.cancel()
+
+
+async def _watchdog(clock: Clock, publisher: ZenohPublisher, recorder: Recorder | None) -> None:
+    """Tell systemd we live, as long as every thread we depend on does."""
+    interval_s = watchdog_interval_s()
+    if interval_s is None:
+        return
+    while True:
+        if publisher.healthy and (recorder is None or recorder.healthy):
+            notify("WATCHDOG=1")
+        await clock.sleep(interval_s)
+
+
+def _describe(loaded: LoadedConfig, recorder: Recorder | None) -> str:
+    gateway = loaded.gateway
+    listening = ", ".join(gateway.bus.listen) or "no endpoint"
+    where = f"recording into {gateway.recording.directory}" if recorder else "not recording"
+    names = ", ".join(device.config.id for device in loaded.devices) or "none"
+    return f"devices {names}; zenoh on {listening}; {where}"

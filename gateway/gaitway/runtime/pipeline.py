@@ -1,0 +1,151 @@
+"""One device's path from bytes to events, without I/O: the daemon and a replay run this same code.
+
+::
+
+    chunk -> record -> codec -> align -> record -> mount -> estimate -> events
+"""
+
+import logging
+from collections.abc import Sequence
+
+from gaitway.alignment import Aligner
+from gaitway.config.load import ResolvedDevice
+from gaitway.contracts import Estimator
+from gaitway.events import Anomaly, Event
+from gaitway.mounting import mount
+from gaitway.runtime.health import Health
+from gaitway.runtime.outlet import Outlet
+from gaitway.samples import (
+    Chunk,
+    CodecItem,
+    Command,
+    DeviceBatch,
+    DeviceStatus,
+    EstimatorInput,
+    Fault,
+    Gap,
+    HandshakeFailed,
+)
+
+logger = logging.getLogger(__name__)
+
+
+class Pipeline:
+    """Codec, clock alignment, mounting and estimator of one device.
+
+    Args:
+        device: What is configured.
+        out: Where everything goes.
+
+    Attributes:
+        health: Counters.
+        failure: Why the handshake failed, until the link is opened again.
+        sampled: Whether the last call brought samples.
+    """
+
+    def __init__(self, device: ResolvedDevice, out: Outlet) -> None:
+        self._device, self._out = device, out
+        self._id = device.config.id
+        self._codec = device.codec_type.make(device.codec_params)
+        self._aligner = Aligner()
+        self._estimator = self._new_estimator()
+        self.health = Health()
+        self.failure: str | None = None
+        self.sampled = False
+
+    @property
+    def latency_s(self) -> float:
+        """Look-ahead of the estimator."""
+        return self._estimator.look_ahead_s
+
+    def link_opened(self, t_ns: int) -> list[bytes]:
+        """Begin on a freshly opened link; return what to send."""
+        self.failure = None
+        self._aligner.link_opened()
+        return self._take(t_ns, self._codec.start(t_ns))
+
+    def feed(self, chunk: Chunk) -> list[bytes]:
+        """Take bytes; return what to send."""
+        self._out.chunk(self._id, chunk, "rx")
+        self.health.bytes_received += len(chunk.data)
+        return self._take(chunk.t_ns, self._codec.feed(chunk))
+
+    def on_time(self, t_ns: int) -> list[bytes]:
+        """Let the codec see time pass; return what to send."""
+        return self._take(t_ns, self._codec.on_time(t_ns))
+
+    def link_lost(self, t_ns: int) -> None:
+        """Take the end of the bytes of this link."""
+        self._take(t_ns, self._codec.finish())
+
+    def finish(self) -> None:
+        """Let the estimator say what its look-ahead still held back."""
+        try:
+            events = self._estimator.finish()
+        except Exception:
+            # A stranger's estimator may raise anything; the others' recordings must be finished.
+            logger.exception("%s: the estimator failed at the end", self._id)
+            return
+        self._emit(events)
+
+    def _new_estimator(self) -> Estimator:
+        return self._device.device_type.make_estimator(self._device.params)
+
+    def _take(self, t_ns: int, items: Sequence[CodecItem]) -> list[bytes]:
+        commands: list[bytes] = []
+        self.sampled = False
+        for item in items:
+            match item:
+                case DeviceBatch():
+                    self._take_batch(item)
+                case Fault():
+                    self._take_fault(item)
+                case DeviceStatus():
+                    self.health.note_device(item)
+                    self._out.device_status(self._id, item)
+                case Command():
+                    self._out.chunk(self._id, Chunk(t_ns, item.payload), "tx")
+                    commands.append(item.payload)
+                case HandshakeFailed():
+                    self.failure = item.reason
+        return commands
+
+    def _take_batch(self, batch: DeviceBatch) -> None:
+        self.sampled = True
+        for item in self._aligner.align(batch):
+            if isinstance(item, Fault):
+                self._take_fault(item)
+                continue
+            if isinstance(item, Gap):
+                self.health.count_gap(item)
+                self._out.gap(self._id, item)
+                self._estimate(item)
+            else:
+                self.health.samples += len(item)
+                self._out.samples(self._id, item)
+                self._estimate(mount(item, self._device.C_db))
+
+    def _take_fault(self, fault: Fault) -> None:
+        self.health.count_fault(fault)
+        self._out.fault(self._id, fault)
+
+    def _estimate(self, item: EstimatorInput) -> None:
+        try:
+            events = self._estimator.update(item)
+        except Exception as exc:
+            # A stranger's estimator may raise anything; it must cost only its own device.
+            logger.exception("%s: the estimator failed and starts anew", self._id)
+            self.health.estimator = "failed"
+            self._estimator = self._new_estimator()
+            events = [
+                Anomaly(
+                    t_ns=item.t_ns if isinstance(item, Gap) else int(item.t_ns[-1]),
+                    anomaly="estimator-failed",
+                    detail=f"{type(exc).__name__}: {exc}; counting starts anew",
+                )
+            ]
+        self._emit(events)
+
+    def _emit(self, events: Sequence[Event]) -> None:
+        for event in events:
+            self._out.event(self._id, event)
