@@ -122,7 +122,7 @@ class ZenohPublisher:
             self._closing = True
             self._wake.notify()
         self._thread.join(timeout_s)
-        self._session.close()
+        self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub forgot -> None
 
     def _enqueue(self, item: tuple[str, Event] | _Liveliness) -> None:
         with self._wake:
@@ -178,13 +178,13 @@ class ZenohPublisher:
                 liveliness_key(self._site, wanted.device)
             )
         elif token is not None:
-            token.undeclare()
+            token.undeclare()  # type: ignore[no-untyped-call]  # zenoh's stub forgot -> None
 
     def _answer(self, query: zenoh.Query) -> None:
         """Reply with the newest events of every key the query matches, oldest first."""
         with query:
             try:
-                last = max(0, int(query.parameters.get("last", "1")))
+                last = max(0, int(query.parameters.get("last") or "1"))
             except ValueError:
                 query.reply_err(f"last={query.parameters.get('last')!r} is not a number")
                 return

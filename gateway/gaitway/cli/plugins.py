@@ -4,7 +4,7 @@ With the name of one, list its parameters with units and defaults.
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping  # noqa: TC003  # beside the other imports, as everywhere
 
 from gaitway.contracts import CodecType, DeviceType, TransportType
 from gaitway.registry import Registry, load_registry

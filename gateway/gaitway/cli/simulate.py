@@ -14,19 +14,18 @@ Or as a file for gaitway estimate:
 import argparse
 import itertools
 import json
-import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from gaitway.contracts import DeviceType, Peripheral, SimulatedWalk, WalkPlan
+from gaitway.contracts import DeviceType, SimulatedWalk, WalkPlan
 from gaitway.errors import InputDataError
 from gaitway.registry import load_registry
-from gaitway.samples import CHANNELS, Floats
-from gaitway.testing.pty_port import PtyPort
-from gaitway.timebase import NS_PER_S, Clock, HostClock
+from gaitway.samples import CHANNELS
+from gaitway.testing.simulated_device import SimulatedDevice
+from gaitway.timebase import NS_PER_S, HostClock
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -78,9 +77,15 @@ def run(arguments: argparse.Namespace) -> int:
         can = ", ".join(name for name, known in registry.codecs.items() if known.make_peripheral)
         raise InputDataError(f"{arguments.protocol!r} can't be simulated (one of: {can})")
     peripheral = codec.make_peripheral(arguments.rate)
-    with PtyPort(arguments.link) as port:
+    with SimulatedDevice(arguments.link, peripheral, HostClock()) as simulated:
         print(f"{device.name} speaks {codec.name} at {arguments.link}", flush=True)
-        _serve(port, peripheral, _walks(device, plan, arguments.walks), truth)
+        for walk in _walks(device, plan, arguments.walks):
+            simulated.play(walk, truth.follow(walk, simulated.elapsed_s))
+            print(
+                f"{simulated.elapsed_s:8.1f} s: walked {truth.distance_m:.2f} m in {truth.strides}"
+                " strides (true)",
+                flush=True,
+            )
     return 0
 
 
@@ -115,6 +120,10 @@ class TruthLog:
         for number in range(len(walk.stride_length_m)):
             self.add_stride(walk, number, start_s)
 
+    def follow(self, walk: SimulatedWalk, start_s: float) -> Callable[[int], None]:
+        """Return what adds a stride of a walk, by its number, as it happens."""
+        return lambda number: self.add_stride(walk, number, start_s)
+
     def add_stride(self, walk: SimulatedWalk, number: int, start_s: float) -> None:
         """Add one stride of a walk that began ``start_s`` after the first sample."""
         self.distance_m += float(walk.stride_length_m[number])
@@ -136,69 +145,3 @@ def _walks(device: DeviceType, plan: WalkPlan, count: int | None) -> Iterator[Si
     assert device.simulate is not None
     for repetition in range(count) if count is not None else itertools.count():
         yield device.simulate(replace(plan, repetition=repetition))
-
-
-def _serve(
-    port: PtyPort, peripheral: Peripheral, walks: Iterator[SimulatedWalk], truth: TruthLog
-) -> None:
-    """Play walk after walk in real time, answering the host all along."""
-    port.write(peripheral.start())
-    player = _Player(port, peripheral, HostClock())
-    for walk in walks:
-        player.play(walk, truth)
-        print(
-            f"{player.elapsed_s:8.1f} s: walked {truth.distance_m:.2f} m in {truth.strides} strides"
-            " (true)",
-            flush=True,
-        )
-    print("all walks done", file=sys.stderr)
-
-
-class _Player:
-    """Sends samples when they are due, and answers the host in between."""
-
-    def __init__(self, port: PtyPort, peripheral: Peripheral, clock: Clock) -> None:
-        self._port, self._peripheral, self._clock = port, peripheral, clock
-        self._index = 0
-        self._started_ns: int | None = None
-        self._rate_hz = 1.0
-
-    @property
-    def elapsed_s(self) -> float:
-        """Device time since the first sample."""
-        return self._index / self._rate_hz
-
-    def play(self, walk: SimulatedWalk, truth: TruthLog) -> None:
-        """Send every sample of a walk, and tell the truth about each stride as it ends."""
-        self._rate_hz = walk.rate_hz
-        began_s = self.elapsed_s
-        strides_told = 0
-        for row in range(len(walk.pos_n)):
-            channels = {name: values[row] for name, values in walk.channels.items()}
-            while not self._send(channels):
-                self._answer(0.1)  # nobody has started the measurement yet: the person waits
-            while (
-                strides_told < len(walk.stride_end_s)
-                and walk.stride_end_s[strides_told] <= row / walk.rate_hz
-            ):
-                truth.add_stride(walk, strides_told, began_s)
-                strides_told += 1
-
-    def _send(self, channels: Mapping[str, Floats]) -> bool:
-        """Send one sample at its time; return False while the device was never started."""
-        if self._started_ns is not None:
-            due_ns = self._started_ns + round(self._index * NS_PER_S / self._rate_hz)
-            while (wait_ns := due_ns - self._clock.now_ns()) > 0:
-                self._answer(wait_ns / NS_PER_S)
-        data = self._peripheral.encode(self._index, channels)
-        if self._started_ns is None:
-            if not data:
-                return False
-            self._started_ns = self._clock.now_ns()
-        self._port.write(data)
-        self._index += 1
-        return True
-
-    def _answer(self, timeout_s: float) -> None:
-        if self._port.wait(timeout_s):
-            self._port.write(self._peripheral.feed(self._port.read()))
