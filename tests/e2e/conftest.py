@@ -37,7 +37,12 @@ class Gateway:
     def add_device(self, name, type_, port, **driver):
         keys = {"transport": "serial", "port": str(port), "codec": "xbus", **driver}
         inner = ", ".join(f"{key} = {json.dumps(value)}" for key, value in keys.items())
-        self._lines += ["[[devices]]", f'id = "{name}"', f'type = "{type_}"', f"driver = {{ {inner} }}"]
+        self._lines += [
+            "[[devices]]",
+            f'id = "{name}"',
+            f'type = "{type_}"',
+            f"driver = {{ {inner} }}",
+        ]
 
     def start(self):
         self.config.write_text("\n".join(self._lines) + "\n")

@@ -13,7 +13,6 @@ from gaitway import __version__
 from gaitway.bus.zenoh_publisher import ZenohPublisher
 from gaitway.config.load import LoadedConfig
 from gaitway.recording.recorder import Recorder
-from gaitway.recording.recover import recover
 from gaitway.runtime.device_task import DeviceTask
 from gaitway.runtime.outlet import LiveOutlet
 from gaitway.runtime.sd_notify import notify, watchdog_interval_s
@@ -56,8 +55,6 @@ def _start_recorder(loaded: LoadedConfig, run: str, clock: Clock) -> Recorder | 
     params = loaded.gateway.recording
     if not params.enabled:
         return None
-    for line in recover(params.directory):
-        logger.info("recording: %s", line)
     header = {
         "config": json.dumps(loaded.effective()),
         "gaitway_version": __version__,
