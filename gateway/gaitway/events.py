@@ -44,8 +44,12 @@ class Stride(Event):
     """Standard deviation of walking_speed_mps."""
     stance_duration_s: float | None = None
     """Time on the ground within the cycle."""
+    stance_duration_sigma_s: float | None = None
+    """Standard deviation of stance_duration_s."""
     swing_duration_s: float | None = None
     """Time in the air within the cycle."""
+    swing_duration_sigma_s: float | None = None
+    """Standard deviation of swing_duration_s."""
 
 
 class Distance(Event):
@@ -78,6 +82,8 @@ class Bout(Event):
     """When the bout began, same clock as t_ns."""
     duration_s: float | None = None
     """Length of the bout; null at its start."""
+    duration_sigma_s: float | None = None
+    """Standard deviation of duration_s."""
     strides: int | None = None
     """Strides in the bout; null at its start."""
     distance_m: float | None = None

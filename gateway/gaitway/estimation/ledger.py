@@ -118,7 +118,9 @@ class WalkLedger:
                     length_sigma_m / duration_s, speed_mps * duration_sigma_s / duration_s
                 ),
                 stance_duration_s=stance_duration_s,
+                stance_duration_sigma_s=None if stance_duration_s is None else duration_sigma_s,
                 swing_duration_s=swing_duration_s,
+                swing_duration_sigma_s=None if swing_duration_s is None else duration_sigma_s,
             )
         )
         events.append(self.distance(t_ns))
@@ -151,6 +153,7 @@ class WalkLedger:
                 phase="end",
                 start_t_ns=start_t_ns,
                 duration_s=duration_s,
+                duration_sigma_s=duration_sigma_s,
                 strides=self._bout_strides,
                 distance_m=self._bout_distance_m,
                 distance_sigma_m=distance_sigma_m,
