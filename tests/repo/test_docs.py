@@ -10,7 +10,7 @@ import orjson
 
 from gaitway.bus.payload import encode
 from gaitway.cli import COMMANDS
-from gaitway.events import Anomaly, Distance
+from gaitway.events import EVENT_TYPES, Anomaly, Distance
 from gaitway.timebase import WallAnchor
 
 ROOT = Path(__file__).parents[2]
@@ -40,6 +40,12 @@ def test_a_published_payload_is_valid_against_its_published_schema():
         schema = json.loads((ROOT / "docs" / "schemas" / f"{event.kind}.json").read_text())
         jsonschema.validate(orjson.loads(payload), schema)
         assert set(orjson.loads(payload)) == set(schema["properties"])
+
+
+def test_no_field_of_an_event_hides_one_of_the_envelope():
+    envelope = runpy.run_path(str(ROOT / "docs" / "write_payloads.py"))["ENVELOPE"]
+    for event_type in EVENT_TYPES:
+        assert set(event_type.model_fields) & set(envelope) == set()
 
 
 def test_the_readme_names_every_command():

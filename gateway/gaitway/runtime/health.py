@@ -76,5 +76,5 @@ class Health:
             latency_s=latency_s,
             dropped=dict(dropped),
             recording=recording,
-            device=self._device,
+            device_info=self._device,
         )

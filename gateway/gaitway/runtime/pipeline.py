@@ -52,6 +52,7 @@ class Pipeline:
         self.health = Health()
         self.failure: str | None = None
         self.sampled = False
+        self._failing = False
 
     @property
     def latency_s(self) -> float:
@@ -134,17 +135,27 @@ class Pipeline:
             events = self._estimator.update(item)
         except Exception as exc:
             # A stranger's estimator may raise anything; it must cost only its own device.
-            logger.exception("%s: the estimator failed and starts anew", self._id)
-            self.health.estimator = "failed"
-            self._estimator = self._new_estimator()
-            events = [
-                Anomaly(
-                    t_ns=item.t_ns if isinstance(item, Gap) else int(item.t_ns[-1]),
-                    anomaly="estimator-failed",
-                    detail=f"{type(exc).__name__}: {exc}; counting starts anew",
-                )
-            ]
+            events = self._begin_anew(exc, item)
+        else:
+            self._failing = False
         self._emit(events)
+
+    def _begin_anew(self, exc: Exception, item: EstimatorInput) -> Sequence[Event]:
+        """Replace an estimator that raised; say so once, however often it happens in a row."""
+        self._estimator = self._new_estimator()
+        self.health.estimator = "failed"
+        if self._failing:
+            logger.debug("%s: the estimator failed again: %r", self._id, exc)
+            return ()
+        self._failing = True
+        logger.error("%s: the estimator failed and starts anew", self._id, exc_info=exc)
+        return (
+            Anomaly(
+                t_ns=item.t_ns if isinstance(item, Gap) else int(item.t_ns[-1]),
+                anomaly="estimator-failed",
+                detail=f"{type(exc).__name__}: {exc}; counting starts anew",
+            ),
+        )
 
     def _emit(self, events: Sequence[Event]) -> None:
         for event in events:
