@@ -23,6 +23,8 @@ logger = logging.getLogger(__name__)
 PUBLISH_ON_CLOSE_S: Final = 0.4
 RECORD_ON_CLOSE_S: Final = 1.2
 """Together below the two seconds within which a stop is promised."""
+BEGIN_RECORDING_S: Final = 1.0
+BEGIN_POLL_S: Final = 0.02
 
 
 async def run_daemon(loaded: LoadedConfig, clock: Clock) -> None:
@@ -85,6 +87,7 @@ async def _run_devices(
             return {"publish": publisher.dropped}, "off"
         return {"publish": publisher.dropped, "record": recorder.dropped}, recorder.state
 
+    await _recording_begun(clock, recorder)
     async with asyncio.TaskGroup() as group:
         tasks = [
             group.create_task(
@@ -100,6 +103,14 @@ async def _run_devices(
         logger.info("stopping")
         for task in tasks:
             task.cancel()
+
+
+async def _recording_begun(clock: Clock, recorder: Recorder | None) -> None:
+    """Wait until the recording is on or has a reason not to be; not for a disk that hangs."""
+    for _ in range(round(BEGIN_RECORDING_S / BEGIN_POLL_S)):
+        if recorder is None or recorder.state != "off":
+            return
+        await clock.sleep(BEGIN_POLL_S)
 
 
 async def _watchdog(clock: Clock, publisher: ZenohPublisher, recorder: Recorder | None) -> None:
