@@ -33,10 +33,10 @@ types: install
 check: lint types test
 
 accuracy: install
-	$(BIN)/python -m tests.accuracy
+	$(BIN)/python tests/accuracy
 
 bench: install
-	$(BIN)/python -m tests.bench
+	$(BIN)/python tests/bench
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis dist

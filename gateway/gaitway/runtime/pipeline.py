@@ -133,7 +133,7 @@ class Pipeline:
     def _estimate(self, item: EstimatorInput) -> None:
         try:
             events = self._estimator.update(item)
-        except Exception as exc:
+        except Exception as exc:  # noqa: BLE001
             # A stranger's estimator may raise anything; it must cost only its own device.
             events = self._begin_anew(exc, item)
         else:
