@@ -50,7 +50,7 @@ def test_the_recording_directory_is_relative_to_the_file(tmp_path):
             'devices.left-cane.driver.baud: expected an integer, got "115200" (remove the quotes)',
         ),
         (
-            DEVICE.replace("port =", "prot ="),
+            DEVICE.replace(" port =", " prot ="),
             "devices.left-cane.driver.prot: unknown key (did you mean 'port'?)",
         ),
         (DEVICE.replace("quad-cane", "quadcane"), "(did you mean 'quad-cane'?)"),
@@ -84,7 +84,7 @@ def test_an_error_names_file_key_and_remedy(tmp_path, text, expected):
 
 def test_all_errors_are_told_at_once(tmp_path):
     text = 'sit = "x"\n[bus]\nlisten = 3\n' + DEVICE.replace("quad-cane", "cane").replace(
-        "port", "prot"
+        " port", " prot"
     )
     assert len(problems(tmp_path, text)) == 5  # sit, listen, type, prot unknown, port missing
 
