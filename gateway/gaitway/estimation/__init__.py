@@ -1,5 +1,72 @@
-"""Device-independent mathematics of gait: a toolkit for whoever writes an estimator."""
+"""Device-independent mathematics of gait: a toolkit for whoever writes an estimator.
 
+The stages of an inertial estimator, in the order a sample meets them; each is a small object that
+takes a sample at a time, costs the same for every sample, and says how much later it answers:
+
+``GapBridge``
+    makes one stream of samples out of batches and gaps, and says where it is broken;
+``RestDetector``, ``align_at_rest``, ``level_at_rest``
+    find a window of stillness, and start a filter from it;
+``StanceDetector``, built on ``CentredHold``; ``CentredMean``
+    say of a sample, half a window later, whether the device stood on the ground, and any mean;
+``ErrorStateFilter``
+    navigates: ``predict`` at every sample, ``correct`` with what ``zero_velocity``,
+    ``pivot_velocity``, ``zero_rate`` and ``gravity`` return, ``(z, H, R)`` each; its noise is an
+    ``ImuNoise`` of densities, so settings hold at any sample rate;
+``WalkLedger``
+    keeps the books: strides in; stride, distance and bout events out.
+
+Conventions are those of ``gaitway``: SI, frames d (device) and n (level, z up, heading 0 where the
+filter was started), ``C_ab`` and ``q_ab`` from b to a, quaternions scalar first. Quaternions and
+single vectors are tuples of floats (``gaitway.estimation.rotation`` says why).
+"""
+
+from gaitway.estimation import rotation
+from gaitway.estimation.error_state import (
+    ACCEL_BIAS,
+    ATT,
+    GYRO_BIAS,
+    POS,
+    STANDARD_GRAVITY_MPS2,
+    VEL,
+    ErrorStateFilter,
+    Innovation,
+    Measurement,
+)
+from gaitway.estimation.gaps import Break, GapBridge, ImuSample
 from gaitway.estimation.ledger import WalkLedger
+from gaitway.estimation.measurements import gravity, pivot_velocity, zero_rate, zero_velocity
+from gaitway.estimation.noise import ImuNoise
+from gaitway.estimation.rest import Rest, RestDetector, align_at_rest, level_at_rest
+from gaitway.estimation.stance import StanceDetector
+from gaitway.estimation.windows import CentredHold, CentredMean, half_window
 
-__all__ = ["WalkLedger"]
+__all__ = [
+    "ACCEL_BIAS",
+    "ATT",
+    "GYRO_BIAS",
+    "POS",
+    "STANDARD_GRAVITY_MPS2",
+    "VEL",
+    "Break",
+    "CentredHold",
+    "CentredMean",
+    "ErrorStateFilter",
+    "GapBridge",
+    "ImuNoise",
+    "ImuSample",
+    "Innovation",
+    "Measurement",
+    "Rest",
+    "RestDetector",
+    "StanceDetector",
+    "WalkLedger",
+    "align_at_rest",
+    "gravity",
+    "half_window",
+    "level_at_rest",
+    "pivot_velocity",
+    "rotation",
+    "zero_rate",
+    "zero_velocity",
+]
