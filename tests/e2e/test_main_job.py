@@ -162,7 +162,7 @@ def test_real_device_bytes_are_taken_as_they_come(gateway, subscribe, capture, s
     data = next(GOLDEN.rglob(f"{capture}/output.bin")).read_bytes()
     link = gateway.directory / "ports" / "mti"
     port = PtyPort(link)
-    gateway.add_device("mti", "shank", link, listen_only=True)
+    gateway.add_device("mti", "quad-cane", link, listen_only=True)
     gateway.start()
     events = subscribe(gateway)
     events.wait_for(link_is("syncing"))

@@ -68,7 +68,7 @@ def describe(event: dict[str, Any]) -> str:
 
 def _stride(event: dict[str, Any]) -> str:
     return (
-        f"{event['stride_length_m']:.2f} +- {event['stride_length_sigma_m']:.2f} m in "
+        f"{event['stride_length_m']:.3f} +- {event['stride_length_sigma_m']:.3f} m in "
         f"{event['stride_duration_s']:.2f} s, {event['walking_speed_mps']:.2f} m/s"
     )
 

@@ -1,0 +1,1 @@
+"""Walks from files: reading them strictly, and feeding them to an estimator."""
