@@ -11,8 +11,10 @@ from gaitway.api import ACCEL, ATTITUDE, CLIP, GYRO, Chunk, DeviceBatch
 from gaitway_drivers.codecs.xbus.codec import XbusCodec
 from gaitway_drivers.codecs.xbus.messages import Mid, encode_message
 from gaitway_drivers.codecs.xbus.mtdata2 import (
+    MAX_LAYOUTS,
     REAL_BYTES,
     Item,
+    LayoutCache,
     decode_reals,
     encode_item,
     encode_reals,
@@ -121,6 +123,15 @@ def test_any_payload_has_a_layout_that_stays_inside_it(payload):
     layout = parse_layout(payload)
     assert all(0 <= item.start <= item.stop <= len(payload) for item in layout.items)
     assert (len(layout.mask), len(layout.ids)) == (len(payload), len(payload))
+
+
+def test_layouts_are_remembered_in_bounded_number():
+    cache = LayoutCache()
+    for length in range(3, 200):
+        payload = encode_item(0x9990, bytes(length))
+        ((layout, alike),) = cache.split(np.frombuffer(payload, np.uint8)[np.newaxis])
+        assert (len(layout.items), len(alike)) == (1, 1)
+    assert len(cache._layouts) <= MAX_LAYOUTS
 
 
 def test_hostile_streams_do_not_grow_memory():

@@ -308,3 +308,16 @@ def test_a_shank_on_level_floor_ends_at_the_height_it_began():
 def test_people_differ():
     means = [walk("shank", 10.0, seed=seed, ideal_sensor=True) for seed in range(6)]
     assert np.std([simulated.stride_length_m[1:-1].mean() for simulated in means]) > 0.05
+
+
+@each_device
+def test_a_repetition_is_another_walk_of_the_same_person_with_the_same_sensor(device):
+    first = walk(device, 3.0, seed=5, rest_s=5.0)
+    again = walk(device, 3.0, seed=5, rest_s=5.0, repetition=1)
+    assert not np.array_equal(first.stride_length_m, again.stride_length_m)
+    rest = slice(0, 450)
+    biases = [walk.channels["gyro"][rest].mean(axis=0) for walk in (first, again)]
+    other = walk(device, 3.0, seed=6, rest_s=5.0).channels["gyro"][rest].mean(axis=0)
+    assert np.abs(biases[0] - biases[1]).max() < 3e-4
+    assert np.abs(biases[0] - other).max() > 1e-3
+    assert not np.array_equal(first.channels["gyro"][rest], again.channels["gyro"][rest])

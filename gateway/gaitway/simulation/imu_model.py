@@ -125,7 +125,11 @@ def converted(
 
 
 def sensed(
-    ideal: ImuRun, count: int, model: ImuModel, rng: np.random.Generator
+    ideal: ImuRun,
+    count: int,
+    model: ImuModel,
+    rng: np.random.Generator,
+    noise: np.random.Generator | None = None,
 ) -> tuple[ImuRun, Floats]:
     """Return what a sensor reports, and its clip flags.
 
@@ -137,7 +141,8 @@ def sensed(
             is the one that ends at time 0.
         count: Conversions in a sample.
         model: Kind of sensor.
-        rng: Draws this sensor and its noise.
+        rng: Draws this sensor, and its noise where ``noise`` is None.
+        noise: Draws the noise of another walk with the same sensor.
 
     Returns:
         The run at the sample rate, and ``CLIP`` flags of shape (n, 1).
@@ -145,6 +150,8 @@ def sensed(
     of_gyro, of_accel = rng.spawn(2)
     gyro_errors = TriadErrors.draw(model.gyro, of_gyro)
     accel_errors = TriadErrors.draw(model.accel, of_accel)
+    if noise is not None:
+        of_gyro, of_accel = noise.spawn(2)
     gyro_b, gyro_clip = converted(
         ideal.gyro_b, model.gyro, ideal.period_s, gyro_errors, count, of_gyro
     )

@@ -8,14 +8,16 @@ import numpy as np
 from gaitway.simulation.curves import Curve, Tremor
 
 
-def stream(seed: int, name: str) -> np.random.Generator:
+def stream(seed: int, name: str, repetition: int = 0) -> np.random.Generator:
     """Return the random numbers of one purpose: those of other purposes leave them as they are.
 
     Args:
         seed: Of the plan.
         name: Purpose, for example ``"sensor"``.
+        repetition: Of the plan, for what differs from walk to walk of the same person.
     """
-    return np.random.default_rng([seed, *name.encode()])
+    again = [repetition] if repetition else []
+    return np.random.default_rng([seed, *name.encode(), *again])
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,5 +100,7 @@ def _channels(
     count = max(1, ceil(model.converter_hz / plan.rate_hz - 1e-9))
     ends_s = np.arange(-count, (n - 1) * count + 1) / (plan.rate_hz * count)
     ideal = ideal_imu(motion, place, ends_s)
-    run, clip = sensed(ideal, count, model, stream(plan.seed, "sensor"))
+    sensor = stream(plan.seed, "sensor")
+    noise = stream(plan.seed, "sensor", plan.repetition) if plan.repetition else None
+    run, clip = sensed(ideal, count, model, sensor, noise)
     return run.gyro_b, run.accel_b, clip

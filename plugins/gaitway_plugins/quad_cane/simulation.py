@@ -130,6 +130,8 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     person = Person.draw(plan.seed)
     rng = stream(plan.seed, "quad-cane")
     habit = Habit.draw(person, plan, rng)
+    if plan.repetition:
+        rng = stream(plan.seed, "quad-cane", plan.repetition)
     stances = _stances(plan, person, habit, rng)
     motion = _motion(stances, person, habit, rng)
     duration_s = stances[-1].contact_s + GRASP_S + plan.rest_s

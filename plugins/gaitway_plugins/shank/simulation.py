@@ -97,6 +97,8 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     pace = Pace.draw(person, plan, rng)
     leg = Leg.draw(person, rng)
     tilts_rad = [float(rng.normal(0.0, sigma_rad)) for sigma_rad in STRAP_SIGMA_RAD]
+    if plan.repetition:
+        rng = stream(plan.seed, "shank", plan.repetition)
     footfalls = _footfalls(plan, person, pace, rng)
     motion = leg_motion(footfalls, leg, rng)
     return record(

@@ -332,6 +332,13 @@ def test_angular_rate_in_degrees_is_refused_for_slow_movement_too(write_csv, wal
     assert "(multiply by 0.0174533)" in text
 
 
+def test_angular_rate_in_degrees_is_refused_without_an_accelerometer(write_csv, walk):
+    t_s, _, gyro = walk()
+    header = ",".join(["t_s", *GYRO.columns])
+    path = write_csv(table=np.column_stack([t_s, np.degrees(gyro)]), header=header)
+    assert "more than any sensor measures" in refusal(path, (GYRO,))
+
+
 @pytest.mark.parametrize("amplitude_rad", [0.0, 0.05, 0.3, 1.0])
 @pytest.mark.parametrize("mirrored", [1, -1])
 def test_angular_rate_in_radians_is_accepted_even_with_a_mirrored_axis(

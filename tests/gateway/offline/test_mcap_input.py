@@ -145,6 +145,11 @@ def test_a_grid_that_begins_anew_is_a_gap_by_time(record):
     ]
 
 
+def test_only_the_channels_that_every_batch_holds_are_counted_on(record):
+    path = record(("left", batch(0)), ("left", batch(2, channels=("accel",))))
+    assert read_mcap(path).channels == {"accel"}
+
+
 def test_a_cut_off_file_is_read_and_the_loss_noted(record):
     path = record(*[("left", batch(2 * number)) for number in range(100)])
     path.write_bytes(path.read_bytes()[:-16000])

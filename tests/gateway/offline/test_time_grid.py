@@ -133,5 +133,14 @@ def test_a_grid_that_shifts_by_half_a_period_in_a_gap_is_told():
     assert "can't be told" in text
 
 
+@pytest.mark.parametrize(("before", "after"), [(0.2, -0.2), (-0.2, 0.2)])
+def test_rows_a_fifth_off_at_both_edges_of_a_gap_change_no_count(before, after):
+    index = np.concatenate([np.arange(100), np.arange(100) + 107])
+    t_s = index / 100.0
+    t_s[99] += before / 100.0
+    t_s[100] += after / 100.0
+    assert find_grid(t_s).index.tolist() == index.tolist()
+
+
 def test_random_times_are_no_grid():
     complaint(np.cumsum(np.random.default_rng(0).exponential(0.01, 500)))
