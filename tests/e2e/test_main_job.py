@@ -60,7 +60,7 @@ def link_is(state):
 def test_two_devices_walk_and_another_process_sees_strides_and_distance(
     gateway, simulate, subscribe, tmp_path, cli
 ):
-    options = ("--distance", "3", "--rest", "2", "--walks", "1")
+    options = ("--distance", "3", "--rest", "5", "--walks", "1")
     truths = {}
     for seed, name in enumerate(("quad-cane", "shank")):
         truths[name] = tmp_path / f"{name}.jsonl"

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gaitway.cli import main
 from gaitway.contracts import SimulatedWalk
 from gaitway.events import Stride
 from gaitway.recording.reader import read
@@ -75,12 +76,12 @@ def live_strides(gateway, name):
     ]
 
 
-def assert_live_equals_estimate(gateway, names, device_type, cli):
+def assert_live_equals_estimate(gateway, names, device_type, capsys):
     different = []
     total = 0
     for name, file in names.items():
-        done = cli("estimate", file, "--device", device_type, "--json")
-        expected = json.loads(done.stdout)["stride_length_m"]
+        assert main(["estimate", str(file), "--device", device_type, "--json"]) == 0
+        expected = json.loads(capsys.readouterr().out)["stride_length_m"]
         actual = live_strides(gateway, name)
         total += len(expected)
         if len(actual) != len(expected) or not np.allclose(actual, expected, atol=FLOAT32_M):
@@ -91,18 +92,19 @@ def assert_live_equals_estimate(gateway, names, device_type, cli):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("device_type", ["quad-cane", "shank"])
-def test_simulated_walks_are_the_same_live_and_offline(gateway, cli, tmp_path, device_type):
+def test_simulated_walks_are_the_same_live_and_offline(gateway, capsys, tmp_path, device_type):
     files = []
     for seed in range(3):
         files.append(tmp_path / f"walk{seed}.csv")
-        options = ("--distance", 4, "--rest", 2, "--seed", seed)
-        cli("simulate", device_type, "--csv", files[-1], *options)
+        options = ["--distance", "4", "--rest", "2", "--seed", str(seed)]
+        assert main(["simulate", device_type, "--csv", str(files[-1]), *options]) == 0
+    capsys.readouterr()
     names = play_all(gateway, files, device_type)
-    assert_live_equals_estimate(gateway, names, device_type, cli)
+    assert_live_equals_estimate(gateway, names, device_type, capsys)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not WALKS, reason="the real shank walks are not here (GAITWAY_SHARED)")
-def test_real_shank_walks_are_the_same_live_and_offline(gateway, cli):
+def test_real_shank_walks_are_the_same_live_and_offline(gateway, capsys):
     names = play_all(gateway, WALKS, "shank")
-    assert_live_equals_estimate(gateway, names, "shank", cli)
+    assert_live_equals_estimate(gateway, names, "shank", capsys)
