@@ -15,6 +15,7 @@ used, and the message says which line and why; 78: a parameter is wrong.
 import argparse
 import csv
 import json
+import math
 import sys
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -98,12 +99,16 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def write_trace(trace: Trace, path: Path) -> None:
-    """Write per-sample estimates as CSV: time in seconds, then the trace's columns."""
+    """Write per-sample estimates as CSV: time in seconds, then the trace's columns.
+
+    What is not known yet is an empty cell.
+    """
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["t_s", *trace.columns])
         for t_ns, row in zip(trace.t_ns, trace.rows, strict=True):
-            writer.writerow([f"{t_ns / NS_PER_S:.6f}", *(f"{value:.9g}" for value in row)])
+            cells = ("" if math.isnan(value) else f"{value:.9g}" for value in row)
+            writer.writerow([f"{t_ns / NS_PER_S:.6f}", *cells])
 
 
 def _read(arguments: argparse.Namespace) -> tuple[OfflineRecording, DeviceType]:
