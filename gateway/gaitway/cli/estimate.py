@@ -121,7 +121,9 @@ def _read(arguments: argparse.Namespace) -> tuple[OfflineRecording, DeviceType]:
         name = arguments.device or recording.device_type
         if name is None:
             raise InputDataError(f"{path}: does not say what the device is (add --device TYPE)")
-        return recording, _device(name, registry.devices)
+        device = _device(name, registry.devices)
+        recording.require(device.requires)
+        return recording, device
     if arguments.device is None:
         raise InputDataError(f"{path}: a CSV file does not say what the device is (add --device)")
     device = _device(arguments.device, registry.devices)

@@ -16,6 +16,8 @@ MAX_RATE_CHANGE: Final = 0.05
 """Of the sample rate within RATE_ROWS rows."""
 CLOCK_TOLERANCE: Final = 500e-6
 """What the device's clock may drift during a gap, relative to its length."""
+MAX_REFINEMENTS: Final = 3
+"""Of the period; one does unless it changes what is a hole."""
 MIN_RATE_HZ: Final = 10.0
 MAX_RATE_HZ: Final = 2000.0
 TIME_UNITS: Final = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
@@ -65,9 +67,11 @@ def find_grid(t_s: Floats) -> Grid:
     period_s = float(np.median(steps_s))
     _check_seconds(period_s)
     starts = _starts(steps_s, period_s)
-    for _ in range(3):
+    for _ in range(MAX_REFINEMENTS):
         period_s = _refined(t_s, starts, period_s)
-        starts = _starts(steps_s, period_s)
+        before, starts = starts, _starts(steps_s, period_s)
+        if np.array_equal(before, starts):
+            break
     _check_rate(t_s, starts, period_s)
     residual_s = _local_residual(t_s, starts, period_s)
     _check_on_grid(residual_s, period_s)

@@ -84,7 +84,7 @@ class Unreadable:
     """A part of a file that gives nothing: the cut-off end, a damaged chunk, a strange message.
 
     Attributes:
-        offset: Where it begins in the file, bytes.
+        offset: Where it begins in the file, or a message in its unpacked chunk, bytes.
         n_bytes: How long it is.
         reason: One line for a person.
     """

@@ -5,12 +5,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.opcode import Opcode
-from mcap.records import Channel, Metadata, Schema
+from mcap.records import Channel, Metadata
 
 from gaitway.recording.encoding import decode
 from gaitway.recording.items import Header, RecordedItem, Unreadable
 from gaitway.recording.recording_file import HEADER_NAME
-from gaitway.recording.scan import RawMessage, RawRecord, open_chunk, parse, scan, split_chunk
+from gaitway.recording.scan import (
+    Parsed,
+    RawMessage,
+    RawRecord,
+    open_chunk,
+    parse,
+    scan,
+    split_chunk,
+)
 from gaitway.recording.schemas import split_topic
 from gaitway.timebase import NS_PER_S, WallAnchor
 
@@ -55,8 +63,6 @@ def read(path: Path, leaves: Container[str] | None = None) -> Iterator[RecordedI
     names: dict[int, tuple[str, str] | None] = {}
     for record in _records(path):
         match record:
-            case Unreadable():
-                yield RecordedItem("", record)
             case RawMessage():
                 found = names.get(record.channel)
                 if found and (leaves is None or found[1] in leaves):
@@ -65,6 +71,8 @@ def read(path: Path, leaves: Container[str] | None = None) -> Iterator[RecordedI
                 names[record.id] = split_topic(record.topic)
             case Metadata() if record.name == HEADER_NAME:
                 yield RecordedItem("", Header(record.metadata))
+            case Unreadable():
+                yield RecordedItem("", record)
 
 
 def read_info(path: Path) -> RecordingInfo:
@@ -105,9 +113,7 @@ def read_info(path: Path) -> RecordingInfo:
     )
 
 
-def _records(
-    path: Path,
-) -> Iterator[RawRecord | RawMessage | Channel | Schema | Metadata | Unreadable]:
+def _records(path: Path) -> Iterator[Parsed]:
     with path.open("rb") as stream:
         for record in scan(stream):
             if isinstance(record, RawRecord) and record.opcode == Opcode.CHUNK:
@@ -115,8 +121,7 @@ def _records(
                 if isinstance(opened, Unreadable):
                     yield opened
                     continue
-                for inner in split_chunk(opened[1]):
-                    yield parse(inner)
+                yield from split_chunk(opened[1])
             elif isinstance(record, RawRecord):
                 yield parse(record)
             else:

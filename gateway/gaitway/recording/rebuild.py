@@ -89,8 +89,8 @@ class Rebuild:
             return opened
         chunk, content = opened
         indexes: dict[int, MessageIndex] = {}
-        for inner in split_chunk(content):
-            match parsed := parse(inner):
+        for parsed in split_chunk(content):
+            match parsed:
                 case RawMessage() if parsed.channel in self._channels:
                     index = indexes.setdefault(parsed.channel, MessageIndex(parsed.channel, []))
                     index.records.append((parsed.log_time_ns, parsed.offset))

@@ -7,9 +7,8 @@ happened to hit; this one says where the file stops making sense, and why.
 import io
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from struct import Struct
-from typing import BinaryIO, Final
+from typing import BinaryIO, Final, NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -21,12 +20,12 @@ from gaitway.recording.items import Unreadable
 
 HEAD: Final = Struct("<BQ")
 MESSAGE: Final = Struct("<HIQQ")
+MESSAGE_OPCODE: Final = int(Opcode.MESSAGE)
 OPCODES: Final = frozenset(int(opcode) for opcode in Opcode)
 FIRST_PRIVATE_OPCODE: Final = 0x80
 
 
-@dataclass(frozen=True, slots=True)
-class RawRecord:
+class RawRecord(NamedTuple):
     """One record as it stands in a file or in a chunk.
 
     Attributes:
@@ -45,8 +44,7 @@ class RawRecord:
         return HEAD.size + len(self.content)
 
 
-@dataclass(frozen=True, slots=True)
-class RawMessage:
+class RawMessage(NamedTuple):
     """A message within a chunk.
 
     Attributes:
@@ -65,6 +63,9 @@ class RawMessage:
     def payload(self) -> bytes:
         """What was recorded."""
         return self.content[MESSAGE.size :]
+
+
+Parsed = RawRecord | RawMessage | Channel | Schema | Metadata | Unreadable
 
 
 def scan(stream: BinaryIO) -> Iterator[RawRecord | Unreadable]:
@@ -108,26 +109,24 @@ def open_chunk(record: RawRecord) -> tuple[Chunk, bytes] | Unreadable:
         return Unreadable(record.offset, record.size, f"damaged chunk: {type(exc).__name__}: {exc}")
 
 
-def split_chunk(content: bytes) -> Iterator[RawRecord]:
-    """Yield the records within an unpacked chunk whose checksum was right."""
+def split_chunk(content: bytes) -> Iterator[Parsed]:
+    """Yield what the records within an unpacked chunk say."""
     offset = 0
     while offset + HEAD.size <= len(content):
         opcode, length = HEAD.unpack_from(content, offset)
-        start = offset + HEAD.size
-        yield RawRecord(opcode, offset, content[start : start + length])
-        offset = start + length
+        start, end = offset + HEAD.size, offset + HEAD.size + length
+        yield parse(RawRecord(opcode, offset, content[start:end]))
+        offset = end
 
 
-def parse(
-    record: RawRecord,
-) -> RawRecord | RawMessage | Channel | Schema | Metadata | Unreadable:
+def parse(record: RawRecord) -> Parsed:
     """Return what a record says if it is a message, a definition or metadata, else itself."""
+    if record.opcode == MESSAGE_OPCODE and len(record.content) >= MESSAGE.size:
+        channel, _, log_time_ns, _ = MESSAGE.unpack_from(record.content)
+        return RawMessage(record.offset, channel, log_time_ns, record.content)
     stream = ReadDataStream(io.BytesIO(record.content))
     try:
         match record.opcode:
-            case Opcode.MESSAGE:
-                channel, _, log_time_ns, _ = MESSAGE.unpack_from(record.content)
-                return RawMessage(record.offset, channel, log_time_ns, record.content)
             case Opcode.CHANNEL:
                 definition: Channel = Channel.read(stream)
                 return definition

@@ -1,6 +1,7 @@
 import fcntl
 import os
 import random
+import zlib
 
 import pytest
 from mcap.reader import make_reader
@@ -85,6 +86,50 @@ def test_a_damaged_leftover_gives_a_file_without_damage(leftover, tmp_path, seed
     if recovered.messages:
         assert indexed_numbers(recovered.path) == before
         assert not any(isinstance(item.body, Unreadable) for item in read(recovered.path))
+
+
+CHUNK_HEADER = range(9, 33)
+"""Of a chunk record: two times and the size of what is packed; no checksum covers them."""
+
+
+@pytest.mark.parametrize("byte", CHUNK_HEADER)
+def test_a_damaged_chunk_header_is_made_anew_from_the_chunk(leftover, tmp_path, byte):
+    expected = numbers(leftover)
+    content = bytearray(leftover.read_bytes())
+    sizes = [int.from_bytes(content[at + 25 : at + 33], "little") for at in chunk_offsets(content)]
+    content[chunk_offsets(content)[2] + byte] ^= 0x55
+    leftover.write_bytes(content)
+    (recovered,) = recover(tmp_path)
+    assert numbers(recovered.path) == indexed_numbers(recovered.path) == expected
+    with recovered.path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert [index.uncompressed_size for index in summary.chunk_indexes] == sizes
+    times_ns = [index.message_start_time for index in summary.chunk_indexes]
+    assert times_ns == sorted(times_ns)
+    assert times_ns[-1] < summary.statistics.message_end_time < times_ns[0] + 10 * 10**9
+
+
+def chunk_offsets(content):
+    offsets, at = [], 8
+    while at + 9 <= len(content):
+        if content[at] == 0x06:
+            offsets.append(at)
+        at += 9 + int.from_bytes(content[at + 1 : at + 9], "little")
+    return offsets
+
+
+def test_the_checksum_of_the_summary_is_that_of_the_format(leftover, make_sink, run_for, tmp_path):
+    """Checked against a file that the mcap package has ended itself."""
+    recover(tmp_path)
+    sink = make_sink(run="bbbb")
+    run_for(sink, 1.0)
+    sink.finish([])
+    for path in tmp_path.iterdir():
+        content = path.read_bytes()
+        footer = len(content) - 8 - 20
+        summary_start = int.from_bytes(content[footer : footer + 8], "little")
+        stored = int.from_bytes(content[-12:-8], "little")
+        assert zlib.crc32(content[summary_start:-12]) == stored
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n", bytes(300)])

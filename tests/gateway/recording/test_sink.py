@@ -18,7 +18,11 @@ def files(directory):
 
 
 def in_order(directory):
-    return sorted(directory.iterdir(), key=lambda path: int(path.name.split(".")[0].split("-")[2]))
+    def run_and_number(path):
+        _, run, number = path.name.split(".")[0].split("-")
+        return run, int(number)
+
+    return sorted(directory.iterdir(), key=run_and_number)
 
 
 def numbers(path):
@@ -136,13 +140,19 @@ def test_a_new_file_begins_at_max_file_mb(make_sink, clock, tmp_path):
     assert max(sizes) < 130_000
 
 
-def test_an_idle_recording_writes_nothing_and_begins_no_files(make_sink, clock, tmp_path):
+def test_an_idle_recording_leaves_the_disk_alone_and_begins_no_files(
+    make_sink, clock, tmp_path, monkeypatch
+):
     sink = make_sink(max_file_s=2.0)
     assert sink.ready()
     size = sink.path.stat().st_size
-    for _ in range(50):
-        clock.advance(1.0)
-        sink.write([])
+    synced = []
+    with monkeypatch.context() as counted:
+        counted.setattr(recording_file.os, "fsync", synced.append)
+        for _ in range(50):
+            clock.advance(1.0)
+            sink.write([])
+    assert synced == []
     assert [path.stat().st_size for path in tmp_path.iterdir()] == [size]
 
 
@@ -264,6 +274,21 @@ def test_what_a_dead_disk_never_took_is_counted_at_the_end(make_sink, run_for, m
     assert sink.status[0] == "off"
 
 
+def test_what_waited_for_a_disk_that_never_came_is_counted_at_the_end(make_sink, tmp_path, lost):
+    (tmp_path / "file").write_text("")
+    sink = make_sink(directory=tmp_path / "file" / "recordings")
+    sink.finish([LaneItem("left", LinkChange(1, "opening", ""))])
+    assert lost == {"/left/link": 1}
+
+
+def test_a_recording_begins_only_with_some_room_above_the_reserve(make_sink, monkeypatch):
+    """Else it would end at once, again and again."""
+    monkeypatch.setattr(retention, "free_bytes", lambda _: 2.005e9)
+    assert not make_sink(min_free_gb=2.0).ready()
+    monkeypatch.setattr(retention, "free_bytes", lambda _: 2.02e9)
+    assert make_sink(min_free_gb=2.0).ready()
+
+
 def test_too_little_free_disk_pauses_and_ends_the_file_properly(
     make_sink, run_for, tmp_path, monkeypatch
 ):
@@ -307,6 +332,14 @@ def test_what_cannot_be_written_as_json_costs_itself_and_is_told(make_sink, cloc
     assert told.counts == lost == {"/left/device": 1}
 
 
+def test_what_cannot_be_written_is_a_warning_once(make_sink, lost, caplog):
+    sink = make_sink()
+    assert sink.ready()
+    sink.write([LaneItem("left", DeviceStatus(1, {"a": object()}))] * 5)
+    assert lost == {"/left/device": 5}
+    assert [record.levelname for record in caplog.records].count("WARNING") == 1
+
+
 def test_an_event_of_unknown_kind_costs_itself(make_sink, tmp_path, lost):
     class Strange(Event):
         kind = "strange"
@@ -335,17 +368,39 @@ def test_after_a_fault_of_the_program_a_new_file_begins_and_the_loss_is_counted(
     assert all_numbers(tmp_path) == [2, 3, 4, 5, 6]
 
 
-def test_a_leftover_of_an_earlier_run_is_recovered_when_recording_begins(
-    make_sink, run_for, tmp_path
-):
+@pytest.fixture
+def leftover(make_sink, run_for):
+    """What a run left behind that ended without closing its file; the numbers in it."""
     earlier = make_sink(run="aaaa")
-    count = run_for(earlier, 5.0)
-    earlier._file.abandon()  # the process is gone, the file is not ended
+    run_for(earlier, 4.0)
+    held = numbers(earlier.path)
+    earlier._file.abandon()
     earlier._file = None
+    assert len(held) > 10
+    return held
+
+
+def test_a_leftover_of_an_earlier_run_is_recovered_when_recording_begins(
+    make_sink, run_for, tmp_path, leftover
+):
     sink = make_sink(run="bbbb")
     run_for(sink, 1.0)
     sink.finish([])
     first, second = files(tmp_path)
-    assert (first.split("-")[1], second.split("-")[1]) == ("aaaa", "bbbb")
-    assert numbers(tmp_path / first) == list(range(count))[: len(numbers(tmp_path / first))]
-    assert len(numbers(tmp_path / first)) >= count - 5
+    assert first.endswith("-aaaa-0.mcap")
+    assert second.endswith("-bbbb-0.mcap")
+    assert numbers(tmp_path / first) == leftover
+
+
+def test_the_file_being_written_is_no_leftover_even_without_locks(
+    make_sink, run_for, tmp_path, leftover, monkeypatch
+):
+    monkeypatch.setattr(recording_file.fcntl, "flock", fail(errno.ENOLCK))
+    sink = make_sink(run="bbbb")
+    count = run_for(sink, 1.0)
+    assert [name.split("-")[1:] for name in files(tmp_path)] == [
+        ["aaaa", "0.mcap"],
+        ["bbbb", "0.mcap.active"],
+    ]
+    sink.finish([])
+    assert numbers(in_order(tmp_path)[-1]) == list(range(count))

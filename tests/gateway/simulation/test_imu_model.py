@@ -37,18 +37,18 @@ def test_noise_of_one_sample_tells_nothing_of_the_next():
 
 def test_turn_on_bias_differs_from_sensor_to_sensor_as_told():
     model = ImuModel(gyro=replace(PERFECT, bias=0.02), accel=replace(PERFECT, bias=0.5))
-    runs = [sensed(still(1), 1, model, rng(seed))[0] for seed in range(600)]
+    runs = [sensed(still(1), 1, model, rng(seed))[0] for seed in range(300)]
     gyro = np.concatenate([run.gyro_b[0] for run in runs])
     accel = np.concatenate([run.accel_b[0] - [0, 0, GRAVITY_MPS2] for run in runs])
-    assert gyro.std() == pytest.approx(0.02, rel=0.07)
-    assert accel.std() == pytest.approx(0.5, rel=0.07)
+    assert gyro.std() == pytest.approx(0.02, rel=0.1)
+    assert accel.std() == pytest.approx(0.5, rel=0.1)
 
 
 def test_bias_walks_with_the_square_root_of_time():
     model = ImuModel(gyro=replace(PERFECT, bias_walk_rts=0.03), accel=PERFECT)
     n = 400
-    ends = [sensed(still(n), 1, model, rng(seed))[0].gyro_b[-1] for seed in range(600)]
-    assert np.concatenate(ends).std() == pytest.approx(0.03 * np.sqrt(n * PERIOD_S), rel=0.07)
+    ends = [sensed(still(n), 1, model, rng(seed))[0].gyro_b[-1] for seed in range(300)]
+    assert np.concatenate(ends).std() == pytest.approx(0.03 * np.sqrt(n * PERIOD_S), rel=0.1)
 
 
 def test_scale_error_grows_with_what_is_measured():
