@@ -155,6 +155,26 @@ def test_two_messages_of_one_instant_make_one_sample(measurement, decode, count)
     assert faults_of(items) == []
 
 
+@pytest.mark.parametrize("strays", [0, 1])
+def test_halves_of_an_instant_find_each_other_past_older_messages(measurement, decode, strays):
+    stream = []
+    for i in range(20):
+        stream.append(measurement(None, 30_000 + 100 * i, IMU))
+        stream += [measurement(None, 500 + i, {}, encode_item(0xE020, bytes(4)))] * strays
+        stream.append(measurement(None, 30_000 + 100 * i, {0x2010: (1.0, 0.0, 0.0, 0.0)}))
+    items = decode(stream, rate_hz=100.0)
+    assert len(channel_of(items, ATTITUDE.name)) == 20
+
+
+def test_a_merged_sample_arrived_with_its_second_message(measurement):
+    codec = XbusCodec(XbusParams(listen_only=True, rate_hz=100.0))
+    codec.start(0)
+    codec.feed(Chunk(1000, measurement(0, 0, {0x4020: IMU[0x4020]})))
+    codec.feed(Chunk(2000, measurement(1, 0, {0x8020: IMU[0x8020]})))
+    (batch,) = batches_of(codec.feed(Chunk(3000, measurement(2, 100, IMU))))
+    assert batch.arrival_ns == 2000
+
+
 def test_rate_and_acceleration_in_two_messages_make_one_sample(measurement, decode):
     stream = []
     for i in range(30):
@@ -252,7 +272,7 @@ def test_the_wrap_of_the_golden_vector_is_one_sample_each(measurement, decode):
 
 @pytest.mark.parametrize("whole", [True, False])
 def test_a_clock_that_goes_back_elsewhere_began_anew(measurement, decode, whole):
-    stream = [measurement(5000 + i, 500_000 + 100 * i, IMU) for i in range(15)]
+    stream = [measurement(50_000 + i, 500_000 + 100 * i, IMU) for i in range(15)]
     stream += [measurement(i, 100 * i, IMU) for i in range(1, 16)]
     items = decode([b"".join(stream)] if whole else stream, rate_hz=100.0)
     batches = batches_of(items)
@@ -264,11 +284,18 @@ def test_a_clock_that_goes_back_elsewhere_began_anew(measurement, decode, whole)
 def test_after_a_wake_up_the_clock_began_anew_even_if_it_reads_later(measurement, decode):
     stream = steady(measurement, 15)
     stream += [encode_message(Mid.WAKE_UP)] + [
-        measurement(40_000 + i, 9000 + 100 * i, IMU) for i in range(15)
+        measurement(20_000 + i, 9000 + 100 * i, IMU) for i in range(15)
     ]
     items = decode(stream, rate_hz=100.0)
     assert [int(b.device_ns[0]) for b in batches_of(items) if b.restarted] == [9000 * TICK_NS]
     assert faults_of(items) == []
+
+
+def test_after_a_wake_up_no_earlier_wrap_counts(measurement, decode):
+    ticks = [2**32 - 1500 + 100 * i for i in range(15)] + [100 * i for i in range(5)]
+    stream = [measurement(i, tick, IMU) for i, tick in enumerate(ticks)]
+    stream += [encode_message(Mid.WAKE_UP), measurement(1, 9000, IMU)]
+    assert device_ns_of(decode(stream, rate_hz=100.0))[-1] == 9000 * TICK_NS
 
 
 def test_without_sample_time_the_packet_counter_makes_the_time(measurement, decode):
@@ -290,10 +317,19 @@ def test_messages_about_satellites_take_no_time_where_the_counter_makes_it(measu
 
 def test_without_sample_time_a_wake_up_is_a_restart(measurement, decode):
     stream = [measurement(i, None, IMU) for i in range(5)]
-    stream += [encode_message(Mid.WAKE_UP)] + [measurement(i, None, IMU) for i in range(5)]
+    stream += [encode_message(Mid.WAKE_UP)]
+    stream += [measurement(9000 + i, None, IMU) for i in range(5)]
     items = decode(stream, rate_hz=50.0)
     assert [len(b) for b in batches_of(items) if b.restarted] == [1]
     assert faults_of(items) == []
+
+
+def test_sample_time_that_comes_late_in_a_stream_is_a_restart(measurement, decode):
+    stream = [measurement(i, None, IMU) for i in range(10)]
+    stream += [measurement(i, 100 * i - 900, IMU) for i in range(10, 20)]
+    items = decode(stream, rate_hz=50.0)
+    assert [int(b.device_ns[0]) for b in batches_of(items) if b.restarted] == [100 * TICK_NS]
+    assert len(device_ns_of(items)) == 20
 
 
 def test_without_sample_time_and_rate_the_remedy_is_said_once(measurement, decode):
@@ -343,6 +379,13 @@ def test_a_hole_in_the_packet_counter_is_counted(measurement, decode):
     items = decode(stream, rate_hz=100.0)
     assert sum(count for kind, count in faults_of(items) if kind == "lost-messages") == 4
     assert len(device_ns_of(items)) == 39
+
+
+def test_a_counter_that_jumps_back_is_no_loss(measurement, decode):
+    stream = steady(measurement, 15) + [
+        measurement(40_000 + i, 100 * i, IMU) for i in range(15, 20)
+    ]
+    assert faults_of(decode(stream, rate_hz=100.0)) == []
 
 
 def test_messages_of_all_kinds_share_the_packet_counter(measurement, decode):

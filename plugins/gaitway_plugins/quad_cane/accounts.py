@@ -1,0 +1,190 @@
+"""From placements to strides: which of them count, and what is said of those that don't."""
+
+import math
+from typing import assert_never
+
+from gaitway.api import NS_PER_S, Anomaly, Event, Stride
+from gaitway.estimation import Break, WalkLedger
+from gaitway_plugins.quad_cane.navigator import Displacement
+from gaitway_plugins.quad_cane.params import QuadCaneParams
+from gaitway_plugins.quad_cane.placements import Clip, Landing, Lift, Record
+
+
+class Accounts:
+    """Keeps the books of a quad cane: a placement is a stride when the cane walked all the way.
+
+    Takes samples and records in the order of time. Time that may have been walking is counted as
+    unmeasured when the way could not be told.
+
+    Args:
+        params: Of the cane.
+    """
+
+    def __init__(self, params: QuadCaneParams) -> None:
+        self._params = params
+        self._ledger = WalkLedger(
+            max_pause_s=params.max_pause_s,
+            shared_sigma=params.shared_sigma,
+            stride_time_sigma_s=params.stride_time_sigma_s,
+        )
+        self._begun = False
+        self._now_ns = 0
+        self._walking_since_ns: int | None = None
+        self._contact_ns: int | None = None
+        self._lift_ns: int | None = None
+        self._told = False
+        self._unmeasured_s = 0.0
+        self._gap_s = 0.0
+        self._gap_in_bout = False
+
+    def sample(self, t_ns: int, walking: bool) -> list[Event]:
+        """Let a sample pass, of which the walking test says whether it may be walking."""
+        step_s = (t_ns - self._now_ns) / NS_PER_S
+        self._now_ns = t_ns
+        if not walking:
+            self._walking_since_ns = None
+        elif self._walking_since_ns is None:
+            self._walking_since_ns = t_ns
+        if walking and (self._lift_ns is not None or self._gap_s):
+            self._unmeasured_s += step_s
+        if self._lift_ns is None:
+            return self._ledger.advance(t_ns)
+        return self._without_contact(self._lift_ns)
+
+    def record(self, record: Record) -> list[Event]:
+        """Take what happened at the sample that has just passed."""
+        match record:
+            case Lift():
+                self._lift_ns = self._now_ns
+                return []
+            case Clip():
+                detail = "an axis was at the end of its range; this placement is less certain"
+                return [Anomaly(t_ns=self._now_ns, anomaly="sensor-clipped", detail=detail)]
+            case Landing():
+                return self._landed(record)
+            case _:
+                assert_never(record)
+
+    def broken(self, gap: Break) -> list[Event]:
+        """Take that samples are missing after the one that has just passed."""
+        if not self._begun:
+            return []
+        self._now_ns += round(gap.duration_s * NS_PER_S)
+        walking, self._walking_since_ns = self._walking_since_ns is not None, None
+        if self._lift_ns is None:
+            self._gap_s += gap.duration_s
+            self._gap_in_bout |= self._ledger.in_bout
+        if walking:
+            self._unmeasured_s += gap.duration_s
+        if not walking or self._lift_ns is None or self._told:
+            return []
+        self._told = True
+        return [_gap_in_stride(gap.t_ns, gap.duration_s)]
+
+    def finish(self) -> list[Event]:
+        """Take that no more will come."""
+        events = self._unmeasured() if self._told else []
+        self._told = False
+        return [*events, *self._ledger.close_bout()]
+
+    def _without_contact(self, lift_ns: int) -> list[Event]:
+        """Return what a swing that does not end means: no pause within it, but no bout for ever."""
+        max_swing_ns = round(self._params.max_swing_s * NS_PER_S)
+        if self._now_ns - lift_ns <= max_swing_ns:
+            return []
+        events = self._ledger.advance(self._now_ns)
+        since_ns = self._walking_since_ns
+        if self._told or since_ns is None or self._now_ns - max(since_ns, lift_ns) <= max_swing_ns:
+            return events
+        return [*events, self._no_contact()]
+
+    def _no_contact(self) -> Anomaly:
+        self._told = True
+        detail = (
+            f"no contact for {self._params.max_swing_s:g} s: is the cane dragged or carried? "
+            "The distance is not measured until it stands"
+        )
+        return Anomaly(t_ns=self._now_ns, anomaly="no-contact", detail=detail)
+
+    def _way_unknown(self, lift_ns: int) -> list[Event]:
+        """Return what the end of a swing means whose way could not be told."""
+        since_ns = self._walking_since_ns
+        if self._told:
+            return self._unmeasured()
+        if since_ns is not None and since_ns <= lift_ns:
+            return [self._no_contact(), *self._unmeasured()]
+        return []
+
+    def _landed(self, landing: Landing) -> list[Event]:
+        lift_ns, self._lift_ns = self._lift_ns, None
+        events: list[Event] = []
+        if not self._begun:
+            self._begun = True
+            self._ledger.begin(self._now_ns)
+        elif lift_ns is None:
+            events = self._stood_through_gap(landing)
+        elif landing.way is not None:
+            events = self._placed(landing.way, lift_ns)
+        else:
+            events = self._way_unknown(lift_ns)
+        put_right = landing.way is not None and landing.way.length_m < self._params.min_stride_m
+        if not put_right:
+            self._contact_ns = self._now_ns if landing.seen else None
+        self._told = self._gap_in_bout = False
+        self._unmeasured_s = self._gap_s = 0.0
+        return events
+
+    def _stood_through_gap(self, landing: Landing) -> list[Event]:
+        short = self._gap_s <= self._params.max_standing_gap_s
+        if landing.as_before and (short or not self._gap_in_bout):
+            return []
+        if not self._unmeasured_s:
+            return []
+        return [_gap_in_stride(self._now_ns, self._gap_s), *self._unmeasured()]
+
+    def _placed(self, way: Displacement, lift_ns: int) -> list[Event]:
+        p, now_ns, since_ns = self._params, self._now_ns, self._walking_since_ns
+        swing_s = (now_ns - lift_ns) / NS_PER_S
+        if since_ns is None or since_ns > lift_ns or way.length_m < p.min_stride_m:
+            return []
+        if now_ns - since_ns < p.min_walking_s * NS_PER_S:
+            return []
+        if way.length_m > p.max_stride_m or way.sigma_m > p.max_stride_sigma_m:
+            self._unmeasured_s = swing_s
+            detail = f"{way.length_m:.2f} m +- {way.sigma_m:.2f} m is not believed and not counted"
+            told = Anomaly(t_ns=now_ns, anomaly="implausible-stride", detail=detail)
+            return [told, *self._unmeasured()]
+        start_ns, stance_s = lift_ns, None
+        if self._contact_ns is not None:
+            rest_s = (lift_ns - self._contact_ns) / NS_PER_S
+            if rest_s <= p.max_pause_s:
+                start_ns, stance_s = self._contact_ns, rest_s
+        events = self._ledger.add_stride(
+            start_ns, now_ns, way.length_m, way.sigma_m,
+            stance_duration_s=stance_s, swing_duration_s=swing_s,
+        )  # fmt: skip
+        return [_with_lean(event, way.lean_sigma_m) for event in events]
+
+    def _unmeasured(self) -> list[Event]:
+        self._ledger.add_unmeasured(self._unmeasured_s)
+        return [self._ledger.distance(self._now_ns)]
+
+
+def _gap_in_stride(t_ns: int, gap_s: float) -> Anomaly:
+    detail = f"{gap_s:.2f} s of samples missing while walking; no stride is made up for them"
+    return Anomaly(t_ns=t_ns, anomaly="gap-in-stride", detail=detail)
+
+
+def _with_lean(event: Event, lean_sigma_m: float) -> Event:
+    """Return a stride with what only its own length suffers from, and not the distance."""
+    if not isinstance(event, Stride):
+        return event
+    speed_sigma_mps = math.hypot(
+        event.walking_speed_sigma_mps, lean_sigma_m / event.stride_duration_s
+    )
+    return event.model_copy(
+        update={
+            "stride_length_sigma_m": math.hypot(event.stride_length_sigma_m, lean_sigma_m),
+            "walking_speed_sigma_mps": speed_sigma_mps,
+        }
+    )
