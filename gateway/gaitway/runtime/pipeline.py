@@ -25,6 +25,7 @@ from gaitway.samples import (
     Fault,
     Gap,
     HandshakeFailed,
+    SampleBatch,
 )
 
 logger = logging.getLogger(__name__)
@@ -53,6 +54,7 @@ class Pipeline:
         self.failure: str | None = None
         self.sampled = False
         self._failing = False
+        self._lacking = False
 
     @property
     def latency_s(self) -> float:
@@ -124,7 +126,18 @@ class Pipeline:
             else:
                 self.health.samples += len(item)
                 self._out.samples(self._id, item)
-                self._estimate(mount(item, self._device.C_db))
+                if not self._lacks_channel(item):
+                    self._estimate(mount(item, self._device.C_db))
+
+    def _lacks_channel(self, batch: SampleBatch) -> bool:
+        """Tell whether the estimator can't work with these samples; say so once."""
+        names = [channel.name for channel in self._device.device_type.requires]
+        missing = ", ".join(name for name in names if name not in batch.channels)
+        if missing and not self._lacking:
+            detail = f"the device sends no {missing}, without which nothing can be estimated"
+            self._emit([Anomaly(t_ns=int(batch.t_ns[0]), anomaly="channel-missing", detail=detail)])
+        self._lacking = bool(missing)
+        return self._lacking
 
     def _take_fault(self, fault: Fault) -> None:
         self.health.count_fault(fault)

@@ -14,6 +14,7 @@ from gaitway.params import Params
 from gaitway.runtime.pipeline import Pipeline
 from gaitway.samples import (
     ACCEL,
+    GYRO,
     Chunk,
     Command,
     DeviceBatch,
@@ -92,10 +93,10 @@ class Outlet:
         return [name for name, *_ in self.told]
 
 
-def pipeline(estimator=Echo):
+def pipeline(estimator=Echo, requires=(ACCEL,)):
     device = ResolvedDevice(
         config=DeviceConfig(id="cane", type="cane", driver={}),
-        device_type=DeviceType("cane", "", (ACCEL,), Params, lambda params: estimator()),
+        device_type=DeviceType("cane", "", requires, Params, lambda params: estimator()),
         params=Params(),
         transport_type=TransportType("none", "", Params, lambda params, clock: None),
         transport_params=Params(),
@@ -173,3 +174,12 @@ def test_the_end_lets_the_estimator_say_what_it_held_back(estimator):
     made, out = pipeline(estimator)
     made.finish()
     assert [event.anomaly for event in out.events()] == ["end"]
+
+
+def test_a_device_that_lacks_a_channel_says_so_once_and_its_samples_are_still_recorded():
+    made, out = pipeline(requires=(ACCEL, GYRO))
+    for number in (1, 2, 3):
+        made.feed(chunk(number))
+    assert [event.anomaly for event in out.events()] == ["channel-missing"]
+    assert "sends no gyro" in out.events()[0].detail
+    assert out.names().count("samples") == 3
