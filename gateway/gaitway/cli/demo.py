@@ -25,6 +25,10 @@ from gaitway.cli.watch import describe
 from gaitway.errors import GaitwayError
 
 DEVICES: Final = ("quad-cane", "shank")
+PARAMS: Final = {
+    # As a person with a ruler would: the simulated sensor sits 0.10 m above the ankle.
+    "shank": ("params = { ankle_to_imu_m = 0.10, ankle_to_imu_sigma_m = 0.01 }",),
+}
 PORT: Final = 7447
 READY_WITHIN_S: Final = 20.0
 STOP_WITHIN_S: Final = 10.0
@@ -102,7 +106,7 @@ class Demo:
         for device in DEVICES:
             lines += ["[[devices]]", f'id = "{device}"', f'type = "{device}"']
             driver = f'transport = "serial", port = "{self.link(device)}", codec = "xbus"'
-            lines += [f"driver = {{ {driver} }}"]
+            lines += [f"driver = {{ {driver} }}", *PARAMS.get(device, ())]
         self.config.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     @contextlib.contextmanager

@@ -146,7 +146,7 @@ class BandPass(Cascade):
         self._rate_hz = rate_hz
 
     def delay_s(self, frequency_hz: float) -> float:
-        """Return the group delay at a frequency; a high-pass makes it negative near its corner."""
+        """Return the group delay at a frequency; the high-pass makes it long near its corner."""
         step = 1e-4
         omega = 2.0 * math.pi * frequency_hz / self._rate_hz
         turned = 0.0

@@ -102,7 +102,7 @@ class Stretch:
 
     def abandon(self) -> None:
         """Write what is left to trace, as no more will come."""
-        self._forget(self._now + 1)
+        self._forget(self._track.end)
 
     def _follow(self, rate_radps: float) -> list[Event]:
         self._now += 1

@@ -84,6 +84,11 @@ class Track:
         """Number of the oldest sample still known."""
         return self._first
 
+    @property
+    def end(self) -> int:
+        """Number of the next sample."""
+        return self._first + len(self._t_ns)
+
     def push(self, sample: ImuSample, *, clipped: bool) -> None:
         """Take the next sample."""
         (bx, by, bz), (wx, wy, wz) = self.gyro_bias_d, sample.gyro_d

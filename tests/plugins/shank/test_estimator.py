@@ -245,6 +245,13 @@ def test_the_trace_has_every_sample_once_and_ends_at_the_distance(tools, referen
     assert rows[in_swing, 2].mean() > 3.0 * rows[~in_swing, 2].mean()
 
 
+def test_the_trace_has_every_sample_around_a_gap(tools):
+    walk, est = tools.walk(), estimator()
+    trace = est.start_trace()
+    tools.said_with_gap(est, walk, 520, 30)
+    assert trace.t_ns == [round(i * 1e7) for i in [*range(520), *range(550, len(walk))]]
+
+
 def test_memory_does_not_grow_with_the_recording(tools):
     walk, est = tools.walk(strides=30, rest_s=60.0), estimator()
     sizes = []

@@ -18,9 +18,11 @@ from gaitway_plugins.shank.published import PublishedEstimator
 SHARED = Path(os.environ.get("GAITWAY_SHARED", Path(__file__).parents[4] / "shared"))
 FILES = sorted((SHARED / "data").glob("shank10m_*.csv"))
 
-pytestmark = pytest.mark.skipif(
-    len(FILES) < 22, reason="the real shank walks are not here: set GAITWAY_SHARED to see them"
-)
+if len(FILES) < 22:
+    pytest.skip(
+        "the real shank walks are not here: set GAITWAY_SHARED to see them",
+        allow_module_level=True,
+    )
 
 
 @pytest.fixture(scope="module")
