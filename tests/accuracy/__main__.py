@@ -11,12 +11,12 @@ from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
-from gaitway.offline.csv_input import read_csv
-from gaitway.offline.run import run_estimator
 
 from gaitway.contracts import WalkPlan
 from gaitway.events import Distance
 from gaitway.mounting import mount, rotation_from_mounting
+from gaitway.offline.csv_input import read_csv
+from gaitway.offline.run import run_estimator
 from gaitway.registry import load_registry
 from gaitway.samples import SampleBatch
 
