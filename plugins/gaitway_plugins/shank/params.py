@@ -53,9 +53,9 @@ class ShankParams(Params):
     ankle_to_imu_m and the twentieth by what was learned."""
     ankle_creep_mps: float = Field(0.067, ge=0.0, le=0.5)
     """How fast the ankle itself moves on in mid-stance, as the foot rolls over the floor. No stance
-    shows it: a constant velocity is hidden from an accelerometer. Calibrated on the real
-    walks of two people (NO2 and NO3 of the README), nominally 10 m; an ankle that is taken for standing still costs 13 % of the
-    distance (Wu, Wang & Pottie); this value is worth 7 %."""
+    shows it: a constant velocity is hidden from an accelerometer. Calibrated on the real walks of
+    two people (NO2 and NO3 of the README), nominally 10 m; an ankle that is taken for standing
+    still costs 13 % of the distance (Wu, Wang & Pottie); this value is worth 7 %."""
 
     standing_window_s: float = Field(0.6, gt=0.0)
     """Where standing ends and begins, the stillest window of this length is looked for."""
