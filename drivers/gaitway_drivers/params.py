@@ -21,7 +21,7 @@ class SerialParams(Params):
     """Refuse to share the port: two readers would each get half of the bytes."""
     read_interval_s: float = Field(default=0.05, ge=0.0, le=1.0)
     """Shortest time between two reads; bytes wait in the kernel. Fewer wake-ups, more latency;
-    4 KB wait there, so up to 0.05 s at 921600 baud loses nothing."""
+    at 115200 baud 0.05 s are 600 of the 4096 bytes a tty holds."""
 
 
 class XbusParams(Params):

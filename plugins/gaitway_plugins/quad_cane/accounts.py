@@ -96,24 +96,12 @@ class Accounts:
         since_ns = self._walking_since_ns
         if self._told or since_ns is None or self._now_ns - max(since_ns, lift_ns) <= max_swing_ns:
             return events
-        return [*events, self._no_contact()]
-
-    def _no_contact(self) -> Anomaly:
         self._told = True
         detail = (
             f"no contact for {self._params.max_swing_s:g} s: is the cane dragged or carried? "
             "The distance is not measured until it stands"
         )
-        return Anomaly(t_ns=self._now_ns, anomaly="no-contact", detail=detail)
-
-    def _way_unknown(self, lift_ns: int) -> list[Event]:
-        """Return what the end of a swing means whose way could not be told."""
-        since_ns = self._walking_since_ns
-        if self._told:
-            return self._unmeasured()
-        if since_ns is not None and since_ns <= lift_ns:
-            return [self._no_contact(), *self._unmeasured()]
-        return []
+        return [*events, Anomaly(t_ns=self._now_ns, anomaly="no-contact", detail=detail)]
 
     def _landed(self, landing: Landing) -> list[Event]:
         lift_ns, self._lift_ns = self._lift_ns, None
@@ -125,8 +113,8 @@ class Accounts:
             events = self._stood_through_gap(landing)
         elif landing.way is not None:
             events = self._placed(landing.way, lift_ns)
-        else:
-            events = self._way_unknown(lift_ns)
+        elif self._told:
+            events = self._unmeasured()
         put_right = landing.way is not None and landing.way.length_m < self._params.min_stride_m
         if not put_right:
             self._contact_ns = self._now_ns if landing.seen else None

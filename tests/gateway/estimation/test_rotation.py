@@ -75,6 +75,14 @@ def test_a_rotation_vector_turns_by_its_length_about_its_direction(v, scale):
     assert np.trace(to_matrix(q)) == pytest.approx(1.0 + 2.0 * math.cos(angle), abs=1e-12)
 
 
+@pytest.mark.parametrize("angle_rad", [1e-9, 9e-5, 1.1e-4, 1.0])
+def test_half_the_sine_is_exact_on_both_sides_of_the_small_angle_branch(angle_rad):
+    _, x, _, _ = from_rotation_vector((angle_rad, 0.0, 0.0))
+    assert x == pytest.approx(math.sin(0.5 * angle_rad), rel=1e-15)
+    back, _, _ = to_rotation_vector((math.cos(0.5 * angle_rad), x, 0.0, 0.0))
+    assert back == pytest.approx(angle_rad, rel=1e-14)
+
+
 @given(quaternions, vectors)
 def test_a_small_turn_in_the_body_is_the_kinematic_equation(q, rate):
     step_s = 1e-6

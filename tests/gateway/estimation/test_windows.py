@@ -44,7 +44,14 @@ def test_a_condition_holds_where_it_holds_all_around(conditions, half):
 
 @pytest.mark.parametrize(
     ("window_s", "rate_hz", "half"),
-    [(0.15, 100, 7), (0.15, 200, 15), (0.15, 50, 3), (2.0, 100, 100), (2.0, 102.4, 102)],
+    [
+        (0.15, 100, 7),
+        (0.15, 200, 15),
+        (0.15, 50, 3),
+        (2.0, 100, 100),
+        (2.0, 102.4, 102),
+        (0.6, 10, 3),
+    ],
 )
 def test_half_a_window_is_never_longer_than_half_of_it(window_s, rate_hz, half):
     assert half_window(window_s, 1.0 / rate_hz) == half

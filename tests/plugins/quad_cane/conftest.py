@@ -21,6 +21,17 @@ from gaitway.api import (
     WalkPlan,
 )
 from gaitway.mounting import mount, rotation_from_mounting
+from gaitway.simulation import (
+    Knot,
+    Person,
+    RigidMotion,
+    Spline,
+    Sum,
+    mounted,
+    record,
+    rest,
+    stream,
+)
 from gaitway_plugins.quad_cane import gaitway_devices
 from gaitway_plugins.quad_cane.estimator import QuadCaneEstimator
 from gaitway_plugins.quad_cane.params import QuadCaneParams
@@ -115,3 +126,20 @@ def without() -> Callable[..., list[EstimatorInput]]:
         return [*items, batch[done:]]
 
     return holed
+
+
+@pytest.fixture(scope="session")
+def by_hand(device: DeviceType) -> Callable[..., SimulatedWalk]:
+    """Return the recording of a cane moved through knots of way (m) and angles (rad)."""
+
+    def recording(way: list[Knot], angles: list[Knot], duration_s: float) -> SimulatedWalk:
+        rng = stream(3, "by-hand")
+        first_s, last_s = way[0].t_s, way[-1].t_s
+        held = [rest(first_s, 0.04), rest(first_s + 0.3, 1.0), rest(last_s - 0.3, 1.0)]
+        grip = Spline([*held, rest(last_s, 0.04)])
+        tremor = Person.draw(3).tremor(grip, rng)
+        motion = RigidMotion(Spline(way), Sum(Spline(angles), tremor))
+        place = mounted(device.default_mounting, (0.0, 0.0, 0.5))
+        return record(WalkPlan(1.0, seed=3), motion, place, duration_s, [])
+
+    return recording
