@@ -121,7 +121,8 @@ def test_any_messages_in_any_order_never_raise(decode, digest, sent):
 @given(st.binary(max_size=300))
 def test_any_payload_has_a_layout_that_stays_inside_it(payload):
     layout = parse_layout(payload)
-    assert all(0 <= item.start <= item.stop <= len(payload) for item in layout.items)
+    assert all(item.stop <= len(payload) for item in layout.items)
+    assert all(payload[item.start - 1] == item.stop - item.start for item in layout.items)
     assert (len(layout.mask), len(layout.ids)) == (len(payload), len(payload))
 
 

@@ -193,7 +193,9 @@ def _show(
 
 
 def _note(event: dict[str, Any], last: dict[str, dict[str, Any]]) -> None:
-    if event["kind"] == "distance":
+    """Keep the distance as of the last stride; what is told later has no true stride beside it."""
+    before = last.get(event["device"])
+    if event["kind"] == "distance" and (not before or event["strides"] != before["strides"]):
         last[event["device"]] = event
 
 

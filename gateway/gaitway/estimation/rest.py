@@ -73,7 +73,7 @@ class RestDetector:
         row = np.array(accel_d + gyro_d)
         if self._pushed == 0:
             self._offset = row
-        # Relative to the first sample: a variance is the small difference of two squares.
+        # Relative to a recent mean: a variance is the small difference of two squares.
         row = row - self._offset
         slot = self._pushed % self._size
         old = self._ring[slot]
@@ -81,6 +81,9 @@ class RestDetector:
         old[:] = row
         self._pushed += 1
         if slot == self._size - 1:
+            shift = self._ring.mean(axis=0)
+            self._offset = self._offset + shift
+            self._ring -= shift
             self._sums[:] = self._ring.sum(axis=0), (self._ring**2).sum(axis=0)
         return self._verdict() if self._pushed >= self._size else None
 

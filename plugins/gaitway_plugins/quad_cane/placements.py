@@ -194,10 +194,10 @@ class Placements:
         if sample.clipped and not self._clipped:
             self._clipped = True
             self.records.append(Clip(self._index))
-        if quiet and self._navigator.stand(sample, landing=True):
+        if self._index - self._lift_index > self._max_swing:
+            self._navigator.lose()
+            self.phase = Phase.SEEKING
+        elif quiet and self._navigator.stand(sample, landing=True):
             self._contact_index = self._stood_index = self._index
             self._landing_open = True
             self.phase = Phase.STANDING
-        elif self._index - self._lift_index > self._max_swing:
-            self._navigator.lose()
-            self.phase = Phase.SEEKING
