@@ -151,7 +151,11 @@ class Stretch:
         Those whose contact window the end cuts are not navigated: they can't become a contact.
         """
         self._placements.close()
-        return [event for walking in self._test.finish() for event in self._decide(walking)]
+        events = [event for walking in self._test.finish() for event in self._decide(walking)]
+        if self.trace is not None:
+            for sample in self._to_navigate:
+                self.trace.append(sample.t_ns, *_UNKNOWN, 0.0)
+        return events
 
     def _navigate(self, sample: ImuSample, quiet: bool) -> list[Event]:
         self._placements.push(sample, quiet)

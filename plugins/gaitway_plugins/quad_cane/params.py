@@ -90,7 +90,7 @@ class QuadCaneParams(Params):
     cane is navigated, so that a lift too slow for the paper's test is seen by its velocity."""
     zero_velocity_sigma_mps: float = Field(0.003, gt=0.0)
     """How fast the base of a standing cane may be moving, per axis."""
-    zero_rate_sigma_radps: float = Field(0.01, gt=0.0)
+    zero_rate_sigma_radps: float = Field(0.005, gt=0.0)
     """How fast a standing cane may be turning, per axis."""
     shared_sigma: float = Field(0.001, ge=0.0)
     """Relative standard deviation common to all strides: the accelerometer's scale."""

@@ -135,8 +135,8 @@ def by_hand(device: DeviceType) -> Callable[..., SimulatedWalk]:
     def recording(way: list[Knot], angles: list[Knot], duration_s: float) -> SimulatedWalk:
         rng = stream(3, "by-hand")
         first_s, last_s = way[0].t_s, way[-1].t_s
-        held = [rest(first_s, 0.04), rest(first_s + 0.3, 1.0), rest(last_s - 0.3, 1.0)]
-        grip = Spline([*held, rest(last_s, 0.04)])
+        held = [rest(first_s + 0.3, 1.0), rest(last_s - 0.3, 1.0)] if last_s > first_s else []
+        grip = Spline([rest(first_s, 0.04), *held, rest(last_s + 1e-3, 0.04)])
         tremor = Person.draw(3).tremor(grip, rng)
         motion = RigidMotion(Spline(way), Sum(Spline(angles), tremor))
         place = mounted(device.default_mounting, (0.0, 0.0, 0.5))

@@ -75,6 +75,18 @@ def test_true_distances_and_strides_lie_where_the_sigmas_say(walk, batch_of, run
     assert 0.4 < np.std(np.concatenate(strides)) < 1.4
 
 
+def test_sigmas_grow_where_contacts_show_more_noise_than_was_assumed(walk, batch_of, run):
+    """The parameters promise a sensor many times better than the one that walks."""
+    normalised = []
+    for seed in range(80, 84):
+        truth = walk(8.0, seed=seed)
+        boast = {"accel_noise_mps2_rthz": 2e-4, "gyro_noise_radps_rthz": 2e-5}
+        precise = {"zero_velocity_sigma_mps": 5e-4, "imu_height_m": 0.5, "imu_height_sigma_m": 0.0}
+        errors_m, sigmas_m = matched(run(batch_of(truth), **boast, **precise), truth)
+        normalised.append((errors_m / sigmas_m)[10:])
+    assert np.std(np.concatenate(normalised)) < 1.7
+
+
 @pytest.mark.parametrize("seed", [0, 2, 3])
 def test_the_published_method_runs_too_and_is_worse(walk, batch_of, run, seed):
     truth = walk(SHORT_M, seed=seed)

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from gaitway.api import GYRO, SampleBatch
+from gaitway.api import ACCEL, GYRO, SampleBatch
+from gaitway.simulation import rest
+from gaitway_plugins.quad_cane.estimator import QuadCaneEstimator
+from gaitway_plugins.quad_cane.params import QuadCaneParams
 
 SEED = 12
 
@@ -61,3 +64,23 @@ def test_a_new_sample_period_begins_anew_and_keeps_the_books(walk, batch_of, run
     second = batch_of(fast, int(first.t_ns[-1]) + 20_000_000)
     result = run(first, second)
     assert result.distance_m == pytest.approx(slow.distance_m + fast.distance_m, abs=0.04)
+
+
+def test_a_bias_that_drifts_while_the_cane_stands_is_followed_on_every_axis(by_hand, batch_of):
+    standing = by_hand([rest(1.0, 0.0, 0.0, 0.0)], [rest(1.0, 0.0, 0.0, 0.0)], 120.0)
+    batch = batch_of(standing)
+    drift = np.linspace(0.0, 2e-3, len(batch))[:, None] * [1.0, -1.0, 1.0]
+    gyro = batch.channels[GYRO.name] + drift
+    estimator = QuadCaneEstimator(QuadCaneParams())
+    estimator.update(SampleBatch(batch.t_ns, batch.period_s, 0, {**batch.channels, "gyro": gyro}))
+    found = estimator._stretch.navigator._kf.gyro_bias_d
+    now = gyro[-500:].mean(axis=0)
+    before = gyro[:500].mean(axis=0)
+    assert np.abs(found - now).max() < 0.6 * np.abs(before - now).max()
+
+
+def test_an_accelerometer_that_is_five_percent_off_is_not_worked_with(truth, batch_of, run):
+    """Its rest is no contact by the paper's test, so nothing that follows could be trusted."""
+    batch = batch_of(truth)
+    scaled = {**batch.channels, ACCEL.name: 1.05 * batch.channels[ACCEL.name]}
+    assert run(SampleBatch(batch.t_ns, batch.period_s, 0, scaled)).events == []
