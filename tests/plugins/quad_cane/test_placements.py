@@ -95,6 +95,15 @@ def test_a_placement_while_not_walking_is_no_stride(by_hand, batch_of, run):
     assert result.events == []
 
 
+def test_a_cane_shaken_sideways_on_its_way_is_not_walked_with(by_hand, batch_of, run):
+    """Turning about the forward axis is what the magnitude subtraction sees; the tilt is small."""
+    way, _ = put([], 3.0, 4.0, 0.4)
+    shakes = [via(3.0 + 0.12 * n, 0.0, 0.0, 0.25 * (-1) ** n) for n in range(1, 8)]
+    upright = (0.0, 0.0, 0.0)
+    shaken = by_hand(way, [rest(3.0, *upright), *shakes, rest(4.0, *upright)], 8.0)
+    assert run(batch_of(shaken)).strides == []
+
+
 def test_walking_has_to_have_lasted_before_a_contact_counts(placed, run):
     batch = placed((3.0, 4.0, 0.5), (5.0, 6.0, 1.0))
     (late,) = run(batch, min_walking_s=5.0).strides

@@ -78,8 +78,7 @@ def test_looking_at_the_trace_changes_no_event(stream, run):
     events = [*traced.update(stream), *traced.finish()]
     assert events == run(stream).events
     assert np.diff(trace.t_ns).min() > 0
-    assert trace.t_ns == stream.t_ns[: len(trace.t_ns)].tolist()
-    assert len(stream) - len(trace.t_ns) <= 7
+    assert trace.t_ns == stream.t_ns.tolist()
 
 
 def test_the_trace_follows_the_true_way(walk, batch_of):
@@ -91,13 +90,13 @@ def test_the_trace_follows_the_true_way(walk, batch_of):
     rows = np.array(trace.rows)
     columns = {name: rows[:, n] for n, name in enumerate(trace.columns)}
     way_m = np.hypot(columns["pos_x_m"], columns["pos_y_m"])
-    true_m = np.hypot(*(truth.pos_n - truth.pos_n[0])[: len(rows), :2].T)
+    true_m = np.hypot(*(truth.pos_n - truth.pos_n[0])[:, :2].T)
     known = np.isfinite(way_m)
-    assert known[60:].all()
+    assert known[60:-7].all()
     assert np.abs(way_m - true_m)[known].max() < 0.02
     still = columns["contact"] == 1.0
     assert np.abs(columns["vel_x_mps"][still]).max() < 0.05
-    assert columns["walking"].min() == 1.0
+    assert columns["walking"][:-7].min() == 1.0
 
 
 def test_the_clip_channel_may_be_missing(stream, run):
