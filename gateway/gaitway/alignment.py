@@ -32,11 +32,6 @@ class Aligner:
         self._sequence = 0
         self._link_was_down = False
 
-    @property
-    def drift_ppm(self) -> float:
-        """How much faster host time runs than device time, parts per million."""
-        return self._clock.drift_ppm
-
     def link_opened(self) -> None:
         """Note that a link opens, so that the next hole is put down to it."""
         self._link_was_down = self._last_t_ns is not None

@@ -138,13 +138,15 @@ class Status(Event):
     bytes_received: int
     """Bytes read from the link since the gateway started."""
     estimator: Literal["running", "failed"]
-    """failed: the estimator raised and was reset; what it measured before stands."""
+    """failed: the estimator raises and is replaced; what it measured before stands."""
     latency_s: float
     """Look-ahead of the estimator: an event is published this long after what it speaks of."""
     dropped: dict[str, int]
     """Items dropped by each bounded queue since the gateway started (all devices together)."""
     recording: Literal["on", "off", "paused"]
     """paused: the disk refused; it is tried again."""
+    recording_reason: str
+    """Why it is not on, and what to do about it; empty while it is."""
     device_info: dict[str, str | int | float]
     """What the device said about itself: ids, firmware, settings, battery."""
 

@@ -106,13 +106,8 @@ class DeviceClock:
         self._best: tuple[int, int] | None = None
         self._base_device_ns = 0
         self._base_offset_ns = 0
-        self._slope = 0.0
+        self._slew = 0.0
         self._drift = 0.0
-
-    @property
-    def started(self) -> bool:
-        """Whether anything was observed since the last reset."""
-        return self._window_end_ns is not None
 
     @property
     def drift_ppm(self) -> float:
@@ -140,10 +135,12 @@ class DeviceClock:
     def to_host_ns(self, device_ns: int) -> int:
         """Return the host time of a device time."""
         since_ns = device_ns - self._base_device_ns
-        return device_ns + self._base_offset_ns + round(self._slope * since_ns)
+        slewing_ns = min(since_ns, SLEW_TIME_S * NS_PER_S)
+        correction_ns = round(self._drift * since_ns + self._slew * slewing_ns)
+        return device_ns + self._base_offset_ns + correction_ns
 
     def _aim(self, device_ns: int) -> None:
-        """Set the slope that brings the offset in use to the one found within SLEW_TIME_S."""
+        """Set the slew that brings the offset in use to the one found within SLEW_TIME_S."""
         present_ns = self.to_host_ns(device_ns) - device_ns
         self._drift = self._find_drift()
         found_ns = min(
@@ -151,7 +148,7 @@ class DeviceClock:
         )
         slew = (found_ns - present_ns) / (SLEW_TIME_S * NS_PER_S)
         self._base_device_ns, self._base_offset_ns = device_ns, present_ns
-        self._slope = self._drift + max(-MAX_SLEW, min(MAX_SLEW, slew))
+        self._slew = max(-MAX_SLEW, min(MAX_SLEW, slew))
 
     def _find_drift(self) -> float:
         """Return the slope of the lower hull's edge below the middle of the windows.

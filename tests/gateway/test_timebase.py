@@ -99,3 +99,15 @@ def test_after_a_reset_the_clock_is_as_new():
     used.reset()
     first, second = drive(used, seconds=30, seed=3), drive(new, seconds=30, seed=3)
     assert first.tolist() == second.tolist()
+
+
+@pytest.mark.parametrize("gap_s", [600, 3600])
+def test_a_correction_under_way_is_not_carried_on_through_a_silence(gap_s):
+    """After a first message 50 ms late the clock slews; then the link is down for long."""
+    clock = DeviceClock()
+    clock.observe(10**12 + 53 * MS, 0)
+    for index in range(1, 1000):
+        clock.observe(10**12 + index * 10 * MS + 3 * MS, index * 10 * MS)
+    device_ns = 10 * NS_PER_S + gap_s * NS_PER_S
+    error_ns = clock.to_host_ns(device_ns) - (10**12 + device_ns)
+    assert abs(error_ns) < 100 * MS

@@ -21,11 +21,3 @@ def liveliness_key(site: str, device: str) -> str:
 def schema_name(kind: str) -> str:
     """Return the schema named in the encoding of a kind, for example ``gaitway.v1.stride``."""
     return f"gaitway.v1.{kind}"
-
-
-def split_key(key: str) -> tuple[str, str, str] | None:
-    """Return (site, device, kind) of an event's key, or None if it is none."""
-    parts = key.removeprefix(f"{ROOT}/").split("/")
-    if not key.startswith(f"{ROOT}/") or len(parts) != 3:
-        return None
-    return parts[0], parts[1], parts[2]

@@ -36,7 +36,11 @@ class Client:
                     on_event(*event)
 
         with gate:  # what comes meanwhile waits, so that nothing is missed or told twice
-            self._kept.append(self._session.declare_subscriber(key_expr, deliver))
+            try:
+                self._kept.append(self._session.declare_subscriber(key_expr, deliver))
+            except zenoh.ZError as exc:
+                text = str(exc).partition(" at /")[0]
+                raise PublishError(f"{key_expr}: {text} (as in gaitway/v1/*/*/stride)") from exc
             backlog = self._history(key_expr, last) if last else []
             seen.update(backlog)
             for event in backlog:
@@ -85,6 +89,7 @@ def open_client(endpoint: str) -> Iterator[Client]:
             config.insert_json5(key, json.dumps(value))
         session = zenoh.open(config)
     except zenoh.ZError as exc:
-        raise PublishError(f"{endpoint}: {exc} (an endpoint looks like tcp/host:7447)") from exc
+        text = str(exc).partition(" at /")[0]
+        raise PublishError(f"{endpoint}: {text} (an endpoint looks like tcp/host:7447)") from exc
     with session:
         yield Client(session)

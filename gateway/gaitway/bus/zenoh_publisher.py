@@ -8,8 +8,7 @@ import json
 import logging
 import threading
 from collections import deque
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 import zenoh
@@ -25,6 +24,10 @@ logger = logging.getLogger(__name__)
 
 LARGEST_CLOCK_STEP_S: Final = 0.5
 """A larger step of the wall clock makes a new anchor for what is published from then on."""
+
+MAX_FAILURES_TOLD: Final = 100
+"""Different failures that are told as warnings; all further ones are for debugging."""
+NO_SUCH_ADDRESS: Final = "os error 99"
 
 ENCODINGS: Final = {
     event_type.kind: zenoh.Encoding.APPLICATION_JSON.with_schema(schema_name(event_type.kind))
@@ -50,12 +53,6 @@ def session_config(bus: BusParams) -> zenoh.Config:
     return config
 
 
-@dataclass(frozen=True, slots=True)
-class _Liveliness:
-    device: str
-    alive: bool
-
-
 class ZenohPublisher:
     """A session, one key per device and kind, a liveliness token per streaming device.
 
@@ -78,9 +75,11 @@ class ZenohPublisher:
     ) -> None:
         self._site, self._device_types, self._run, self._clock = site, device_types, run, clock
         self._anchor = WallAnchor.take(clock)
-        self._queue: deque[tuple[str, Event] | _Liveliness] = deque()
+        self._queue: deque[tuple[str, Event]] = deque()
+        self._wanted_alive: dict[str, bool] = {}
         self._capacity = bus.queue_events
         self._dropped = 0
+        self._failures_told: set[str] = set()
         self._wake = threading.Condition()
         self._closing = False
         self._sequences: dict[str, int] = {}
@@ -88,14 +87,13 @@ class ZenohPublisher:
         self._history_events = bus.history_events
         self._history: dict[str, deque[tuple[bytes, zenoh.Encoding]]] = {}
         self._history_lock = threading.Lock()
-        try:
-            self._session = zenoh.open(session_config(bus))
-        except zenoh.ZError as exc:
-            raise PublishError(_why_not_open(bus, exc)) from exc
+        self._session = _open(bus)
         self._queryable = self._session.declare_queryable(
             f"{ROOT}/{site}/**", zenoh.handlers.Callback(self._answer, indirect=False)
         )
-        self._thread = threading.Thread(target=self._run_thread, name="gaitway-publish")
+        self._thread = threading.Thread(
+            target=self._run_thread, name="gaitway-publish", daemon=True
+        )
         self._thread.start()
 
     @property
@@ -110,11 +108,18 @@ class ZenohPublisher:
 
     def publish(self, device: str, event: Event) -> None:
         """Hand over an event; the oldest waiting one is dropped when the queue is full."""
-        self._enqueue((device, event))
+        with self._wake:
+            if len(self._queue) >= self._capacity:
+                self._queue.popleft()
+                self._dropped += 1
+            self._queue.append((device, event))
+            self._wake.notify()
 
     def set_alive(self, device: str, *, alive: bool) -> None:
-        """Declare or withdraw the device's liveliness token."""
-        self._enqueue(_Liveliness(device, alive))
+        """Declare or withdraw the device's liveliness token; this is never dropped."""
+        with self._wake:
+            self._wanted_alive[device] = alive
+            self._wake.notify()
 
     def close(self, timeout_s: float) -> None:
         """Publish what waits, within the time given, and leave the bus."""
@@ -124,30 +129,31 @@ class ZenohPublisher:
         self._thread.join(timeout_s)
         self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub forgot -> None
 
-    def _enqueue(self, item: tuple[str, Event] | _Liveliness) -> None:
-        with self._wake:
-            if len(self._queue) >= self._capacity:
-                self._queue.popleft()
-                self._dropped += 1
-            self._queue.append(item)
-            self._wake.notify()
-
     def _run_thread(self) -> None:
         while True:
             with self._wake:
-                while not self._queue and not self._closing:
+                while not (self._queue or self._wanted_alive or self._closing):
                     self._wake.wait()
-                if not self._queue:
-                    return
-                item = self._queue.popleft()
-            try:
-                if isinstance(item, _Liveliness):
-                    self._set_token(item)
-                else:
-                    self._put(*item)
-            except zenoh.ZError as exc:
-                self._dropped += 1
-                logger.warning("publishing failed, the event is dropped: %s", exc)
+                wanted, self._wanted_alive = self._wanted_alive, {}
+                event = self._queue.popleft() if self._queue else None
+            for device, alive in wanted.items():
+                self._try(self._set_token, device, alive)
+            if event is not None:
+                self._try(self._put, *event)
+            elif not wanted:
+                return
+
+    def _try(self, do: Callable[..., None], *arguments: object) -> None:
+        """Do something on the bus; what fails costs itself and not this thread."""
+        try:
+            do(*arguments)
+        except Exception as exc:  # noqa: BLE001
+            # Not zenoh alone: an event of a stranger's kind or time may have no payload.
+            self._dropped += 1
+            first = str(exc) not in self._failures_told
+            logger.log(logging.WARNING if first else logging.DEBUG, "not published: %r", exc)
+            if len(self._failures_told) < MAX_FAILURES_TOLD:
+                self._failures_told.add(str(exc))
 
     def _put(self, device: str, event: Event) -> None:
         if abs(self._anchor.stepped_by_s(self._clock)) > LARGEST_CLOCK_STEP_S:
@@ -171,11 +177,11 @@ class ZenohPublisher:
             key, payload, encoding=encoding, congestion_control=zenoh.CongestionControl.DROP
         )
 
-    def _set_token(self, wanted: _Liveliness) -> None:
-        token = self._tokens.pop(wanted.device, None)
-        if wanted.alive:
-            self._tokens[wanted.device] = token or self._session.liveliness().declare_token(
-                liveliness_key(self._site, wanted.device)
+    def _set_token(self, device: str, alive: bool) -> None:
+        token = self._tokens.pop(device, None)
+        if alive:
+            self._tokens[device] = token or self._session.liveliness().declare_token(
+                liveliness_key(self._site, device)
             )
         elif token is not None:
             token.undeclare()  # type: ignore[no-untyped-call]  # zenoh's stub forgot -> None
@@ -203,6 +209,27 @@ class ZenohPublisher:
             ]
 
 
+def _open(bus: BusParams) -> zenoh.Session:
+    """Open the session; an address that this machine does not have (yet) is left out."""
+    config = session_config(bus)
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as exc:
+        if NO_SUCH_ADDRESS not in str(exc):
+            raise PublishError(_why_not_open(bus, exc)) from exc
+    logger.warning(
+        "bus.listen: not every address of %s is this machine's now; serving the others "
+        "(tcp/0.0.0.0:PORT holds whatever address it gets)",
+        ", ".join(bus.listen),
+    )
+    config.insert_json5("listen/exit_on_failure", "false")
+    config.insert_json5("listen/timeout_ms", "0")
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as exc:
+        raise PublishError(_why_not_open(bus, exc)) from exc
+
+
 def _why_not_open(bus: BusParams, exc: zenoh.ZError) -> str:
     text = str(exc)
     if "Address already in use" in text or "os error 98" in text:
@@ -210,4 +237,5 @@ def _why_not_open(bus: BusParams, exc: zenoh.ZError) -> str:
             f"bus.listen: {', '.join(bus.listen)} is taken, probably by another gaitway or zenohd "
             "(stop it, or set another port in [bus] listen)"
         )
+    text = text.partition(" at /")[0]  # where in zenoh's sources
     return f"bus: the zenoh session can't be opened: {text} (check [bus] listen and connect)"

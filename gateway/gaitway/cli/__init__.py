@@ -54,6 +54,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The reader of our output went away, as in `gaitway plugins | head -1`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as exc:
+        print(f"gaitway {named}: {exc}", file=sys.stderr)
+        return 74  # EX_IOERR
     except KeyboardInterrupt:
         return 130
     return status

@@ -152,6 +152,8 @@ def _settings(arguments: argparse.Namespace) -> dict[str, Any]:
         place = settings
         for table in tables:
             place = place.setdefault(table, {})
+            if not isinstance(place, dict):
+                raise ConfigError(f"--set {assignment}: {table} is a value and has no keys")
         place[name] = _toml_value(text.strip())
     return settings
 
@@ -172,6 +174,10 @@ def _split_mounting(
     mounting = dict(recording.mounting or device.default_mounting)
     for key, value in settings.items():
         if key == "mounting":
+            if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
+                raise ConfigError(
+                    'mounting: is a table as { x = "up", y = "right", z = "forward" }'
+                )
             mounting |= value
         else:
             values[key] = value

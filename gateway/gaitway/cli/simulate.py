@@ -14,6 +14,7 @@ Or as a file for gaitway estimate:
 import argparse
 import itertools
 import json
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -35,16 +36,36 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--link", type=Path, metavar="PATH", help="offer it as a port at PATH")
     where.add_argument("--csv", type=Path, metavar="FILE", help="write one walk to a CSV file")
     parser.add_argument("--protocol", default="xbus", help="wire format (default: xbus)")
-    parser.add_argument("--distance", type=float, default=20.0, metavar="M", help="per walk (20)")
-    parser.add_argument("--rest", type=float, default=4.0, metavar="S", help="rest at the ends (4)")
-    parser.add_argument("--speed", type=float, metavar="M/S", help="default: the person's own")
-    parser.add_argument("--rate", type=float, default=100.0, metavar="HZ", help="samples (100)")
-    parser.add_argument("--seed", type=int, default=0, help="another seed, another person (0)")
+    parser.add_argument(
+        "--distance", type=positive, default=20.0, metavar="M", help="per walk (20)"
+    )
+    parser.add_argument(
+        "--rest", type=positive, default=4.0, metavar="S", help="rest at the ends (4)"
+    )
+    parser.add_argument("--speed", type=positive, metavar="M/S", help="default: the person's own")
+    parser.add_argument("--rate", type=positive, default=100.0, metavar="HZ", help="samples (100)")
+    parser.add_argument("--seed", type=natural, default=0, help="another seed, another person (0)")
     parser.add_argument("--turn-back", action="store_true", help="turn half-way and come back")
     parser.add_argument(
-        "--walks", type=int, metavar="N", help="stop after N walks (default: never)"
+        "--walks", type=natural, metavar="N", help="stop after N walks (default: never)"
     )
     parser.add_argument("--truth", type=Path, metavar="FILE", help="write true strides, JSON lines")
+
+
+def positive(text: str) -> float:
+    """Return a positive finite number, for argparse."""
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
+    return value
+
+
+def natural(text: str) -> int:
+    """Return a whole number from 0 on, for argparse."""
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text} is negative")
+    return value
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -64,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     truth = TruthLog(arguments.truth)
     if arguments.csv:
-        walk = device.simulate(plan)
+        walk = _walk(device, plan)
         write_csv(walk, arguments.csv)
         truth.add_walk(walk, 0.0)
         print(
@@ -141,7 +162,14 @@ class TruthLog:
             file.write(json.dumps(line) + "\n")
 
 
-def _walks(device: DeviceType, plan: WalkPlan, count: int | None) -> Iterator[SimulatedWalk]:
+def _walk(device: DeviceType, plan: WalkPlan) -> SimulatedWalk:
     assert device.simulate is not None
+    try:
+        return device.simulate(plan)
+    except ValueError as exc:
+        raise InputDataError(str(exc)) from exc
+
+
+def _walks(device: DeviceType, plan: WalkPlan, count: int | None) -> Iterator[SimulatedWalk]:
     for repetition in range(count) if count is not None else itertools.count():
-        yield device.simulate(replace(plan, repetition=repetition))
+        yield _walk(device, replace(plan, repetition=repetition))

@@ -66,17 +66,23 @@ def describe(event: dict[str, Any]) -> str:
     return f"{event['time_utc'][11:23]} {event['device']:12} {kind:8} {text}"
 
 
+def number(value: float | None, form: str = ".2f") -> str:
+    """Return a number, or a question mark for one that can't be known."""
+    return "?" if value is None else format(value, form)
+
+
 def _stride(event: dict[str, Any]) -> str:
     return (
-        f"{event['stride_length_m']:.3f} +- {event['stride_length_sigma_m']:.3f} m in "
-        f"{event['stride_duration_s']:.2f} s, {event['walking_speed_mps']:.2f} m/s"
+        f"{number(event['stride_length_m'], '.3f')} +- "
+        f"{number(event['stride_length_sigma_m'], '.3f')} m in "
+        f"{number(event['stride_duration_s'])} s, {number(event['walking_speed_mps'])} m/s"
     )
 
 
 def _distance(event: dict[str, Any]) -> str:
-    unseen = f", {event['unmeasured_s']:.0f} s unseen" if event["unmeasured_s"] else ""
+    unseen = f", {number(event['unmeasured_s'], '.0f')} s unseen" if event["unmeasured_s"] else ""
     return (
-        f"{event['distance_m']:.2f} +- {event['distance_sigma_m']:.2f} m in "
+        f"{number(event['distance_m'])} +- {number(event['distance_sigma_m'])} m in "
         f"{event['strides']} strides{unseen}"
     )
 
@@ -85,9 +91,9 @@ def _bout(event: dict[str, Any]) -> str:
     if event["phase"] == "start":
         return "begins"
     return (
-        f"ends: {event['distance_m']:.2f} +- {event['distance_sigma_m']:.2f} m, "
-        f"{event['strides']} strides in {event['duration_s']:.0f} s, "
-        f"{event['cadence_spm']:.0f} per minute"
+        f"ends: {number(event['distance_m'])} +- {number(event['distance_sigma_m'])} m, "
+        f"{event['strides']} strides in {number(event['duration_s'], '.0f')} s, "
+        f"{number(event['cadence_spm'], '.0f')} per minute"
     )
 
 
@@ -105,7 +111,7 @@ def _status(event: dict[str, Any]) -> str:
     if event["faults"]:
         text += ", faults " + " ".join(f"{kind} {n}" for kind, n in event["faults"].items())
     if event["recording"] != "on":
-        text += f", recording {event['recording']}"
+        text += f", recording {event['recording']}: {event['recording_reason']}"
     return text
 
 

@@ -1,5 +1,7 @@
 """Reading a configuration: every error of every file at once, or everything resolved."""
 
+import glob
+import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -93,13 +95,14 @@ def resolve_recorded(
         ConfigError: Something in it is not installed here, or no longer valid.
     """
     problems: list[Problem] = []
+    left_out: list[Problem] = []
     devices = [
         resolved
         for file, entry in _valid_devices(recording, config, problems)
-        if (resolved := _resolve(entry, file, registry, problems))
+        if (resolved := _resolve(entry, file, registry, problems, left_out))
     ]
-    if problems:
-        raise ConfigError("\n".join(str(problem) for problem in problems))
+    if problems or left_out:
+        raise ConfigError("\n".join(str(problem) for problem in problems + left_out))
     return tuple(devices)
 
 
@@ -108,8 +111,10 @@ def load_config(file: Path) -> LoadedConfig:
 
     Raises:
         ConfigError: Something is wrong; the text has a line for every problem found.
+        OSError: A file is there and can't be read; trying again may help.
     """
     problems: list[Problem] = []
+    left_out: list[Problem] = []
     data = _read_toml(file, problems)
     gateway = validate(GatewayConfig, data, file, "", problems) if data is not None else None
     entries = _device_entries(file, data, problems) if data is not None else []
@@ -118,7 +123,7 @@ def load_config(file: Path) -> LoadedConfig:
     devices = [
         resolved
         for source, config in entries
-        if config.enabled and (resolved := _resolve(config, source, registry, problems))
+        if config.enabled and (resolved := _resolve(config, source, registry, problems, left_out))
     ]
     _check_unique(entries, problems)
     unknown = set(disabled) - set(registry.disabled_found)
@@ -131,15 +136,18 @@ def load_config(file: Path) -> LoadedConfig:
     assert gateway is not None
     gateway = gateway.model_copy(update={"devices": tuple(config for _, config in entries)})
     recording = gateway.recording
-    directory = (file.parent / recording.directory).resolve()
+    # systemd names the one place a confined service may write to.
+    base = Path(os.environ.get("STATE_DIRECTORY") or file.parent)
+    directory = (base / recording.directory).resolve()
     gateway = gateway.model_copy(
         update={"recording": recording.model_copy(update={"directory": directory})}
     )
-    notes = tuple(
+    notes = [
         f"{error} (only devices of this plugin are affected)"
         for error in registry.failures.values()
-    )
-    return LoadedConfig(file, gateway, tuple(devices), registry, notes)
+    ]
+    notes += [f"{problem}; the device is left out" for problem in left_out]
+    return LoadedConfig(file, gateway, tuple(devices), registry, tuple(notes))
 
 
 def _read_toml(file: Path, problems: list[Problem]) -> dict[str, Any] | None:
@@ -147,9 +155,9 @@ def _read_toml(file: Path, problems: list[Problem]) -> dict[str, Any] | None:
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         problems.append(Problem(file, "", "no such file (configs/ has examples to copy)"))
-    except (OSError, UnicodeDecodeError) as exc:
-        problems.append(Problem(file, "", f"can't be read: {exc}"))
-    except tomllib.TOMLDecodeError as exc:
+    except UnicodeDecodeError as exc:
+        problems.append(Problem(file, "", f"is not text: {exc}"))
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as exc:
         problems.append(Problem(file, "", f"is not valid TOML: {exc}"))
     return None
 
@@ -163,7 +171,10 @@ def _device_entries(
     for pattern in patterns if isinstance(patterns, list) else []:
         if not isinstance(pattern, str):
             continue
-        found = sorted(file.parent.glob(pattern)) if pattern else []
+        # Path.glob refuses absolute patterns, which people write.
+        names = glob.glob(str(file.parent / pattern)) if pattern else []  # noqa: PTH207
+        found = sorted(map(Path, names))
+        found = [path for path in found if path.is_file()]
         if not found and "*" not in pattern:
             problems.append(Problem(file, "include", f"no file {pattern!r} beside this one"))
         for included in found:
@@ -196,12 +207,21 @@ def _valid_devices(
 
 
 def _resolve(
-    config: DeviceConfig, file: Path, registry: Registry, problems: list[Problem]
+    config: DeviceConfig,
+    file: Path,
+    registry: Registry,
+    problems: list[Problem],
+    left_out: list[Problem],
 ) -> ResolvedDevice | None:
-    """Return a device with all it names looked up, or None after adding every problem."""
-    before = len(problems)
+    """Return a device with all it names looked up, or None after adding every problem.
+
+    What may be missing because a plugin is broken is no problem of this file: the device is left
+    out and the others run.
+    """
+    before = len(problems) + len(left_out)
     key = f"devices.{config.id}"
-    device_type = _look_up(config.type, registry.devices, registry, file, f"{key}.type", problems)
+    missing = left_out if registry.failures else problems
+    device_type = _look_up(config.type, registry.devices, registry, file, f"{key}.type", missing)
     driver = dict(config.driver)
     transport_type = _look_up(
         driver.pop("transport", None),
@@ -209,10 +229,10 @@ def _resolve(
         registry,
         file,
         f"{key}.driver.transport",
-        problems,
+        missing,
     )
     codec_type = _look_up(
-        driver.pop("codec", None), registry.codecs, registry, file, f"{key}.driver.codec", problems
+        driver.pop("codec", None), registry.codecs, registry, file, f"{key}.driver.codec", missing
     )
     transport_params = codec_params = params = None
     if transport_type and codec_type:
@@ -228,7 +248,9 @@ def _resolve(
             C_db = rotation_from_mounting(mounting)
         except ValueError as exc:
             problems.append(Problem(file, f"{key}.mounting", str(exc).removeprefix("mounting: ")))
-    if len(problems) > before:
+    if device_type and params and codec_type and codec_params:
+        _check_factories(device_type, params, codec_type, codec_params, file, key, problems)
+    if len(problems) + len(left_out) > before:
         return None
     # No problem was added, so everything was found.
     assert device_type is not None
@@ -250,6 +272,24 @@ def _resolve(
         mounting,
         C_db,
     )
+
+
+def _check_factories(
+    device_type: DeviceType,
+    params: Params,
+    codec_type: CodecType,
+    codec_params: Params,
+    file: Path,
+    key: str,
+    problems: list[Problem],
+) -> None:
+    """Make estimator and codec once, so that parameters that don't fit together are told now."""
+    try:
+        _ = device_type.make_estimator(params).look_ahead_s
+        codec_type.make(codec_params)
+    except Exception as exc:  # noqa: BLE001
+        # A stranger's factory may raise anything; the operator hears it with file and key.
+        problems.append(Problem(file, key, f"can't be set up: {type(exc).__name__}: {exc}"))
 
 
 def _look_up(

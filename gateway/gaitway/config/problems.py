@@ -101,6 +101,8 @@ def _explain(model: type[BaseModel], error: Any) -> str:
         shown = json.dumps(given, default=str)
         remedy = " (remove the quotes)" if _is_quoted_number(kind, given) else ""
         return f"expected {_EXPECTED[kind]}, got {shown}{remedy}"
+    if kind == "string_pattern_mismatch" and "/" in error["ctx"]["pattern"]:
+        return f"{given!r} is no endpoint (write tcp/HOST:PORT)"
     if kind == "string_pattern_mismatch":
         return f"{given!r} must be lower-case letters, digits and single hyphens (as in left-cane)"
     if kind == "literal_error":

@@ -12,18 +12,22 @@ Name = Annotated[str, StringConstraints(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max
 """kebab-case, safe as a chunk of a key expression and of a file name."""
 
 
+Endpoint = Annotated[str, StringConstraints(pattern=r"^[a-z0-9_-]+/[^/ ].*$")]
+"""As zenoh writes it, for example tcp/127.0.0.1:7447."""
+
+
 class BusParams(Params):
     """The zenoh session."""
 
-    listen: tuple[str, ...] = ("tcp/127.0.0.1:7447",)
+    listen: tuple[Endpoint, ...] = ("tcp/127.0.0.1:7447",)
     """Endpoints to listen on. The default is reachable from this machine alone."""
-    connect: tuple[str, ...] = ()
+    connect: tuple[Endpoint, ...] = ()
     """Endpoints of routers or peers to connect to; they may come and go."""
     multicast: bool = False
     """Look for peers on the network by multicast, and be found."""
-    queue_events: int = Field(default=10_000, ge=1)
+    queue_events: int = Field(default=10_000, ge=1, le=1_000_000)
     """Events that may wait for the bus; then the oldest are dropped and counted."""
-    history_events: int = Field(default=1_000, ge=0)
+    history_events: int = Field(default=1_000, ge=0, le=1_000_000)
     """Events of each device and kind kept in memory to answer a ``get``."""
 
 

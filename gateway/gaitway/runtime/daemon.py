@@ -6,14 +6,14 @@ import logging
 import platform
 import signal
 import uuid
-from collections.abc import Mapping
-from typing import Final, Literal
+from typing import Final
 
 from gaitway import __version__
 from gaitway.bus.zenoh_publisher import ZenohPublisher
 from gaitway.config.load import LoadedConfig
 from gaitway.recording.recorder import Recorder
 from gaitway.runtime.device_task import DeviceTask
+from gaitway.runtime.health import Surroundings
 from gaitway.runtime.outlet import LiveOutlet
 from gaitway.runtime.sd_notify import notify, watchdog_interval_s
 from gaitway.timebase import Clock
@@ -42,8 +42,9 @@ async def run_daemon(loaded: LoadedConfig, clock: Clock) -> None:
         run,
         clock,
     )
-    recorder = _start_recorder(loaded, run, clock)
+    recorder: Recorder | None = None
     try:
+        recorder = _start_recorder(loaded, run, clock)
         await _run_devices(loaded, clock, publisher, recorder)
     finally:
         notify("STOPPING=1")
@@ -82,10 +83,12 @@ async def _run_devices(
         loop.add_signal_handler(number, stop.set)
     outlet = LiveOutlet(recorder, publisher)
 
-    def surroundings() -> tuple[Mapping[str, int], Literal["on", "off", "paused"]]:
+    def surroundings() -> Surroundings:
+        dropped = {"publish": publisher.dropped}
         if recorder is None:
-            return {"publish": publisher.dropped}, "off"
-        return {"publish": publisher.dropped, "record": recorder.dropped}, recorder.state
+            return Surroundings(dropped, "off", "switched off in the configuration")
+        dropped["record"] = recorder.dropped
+        return Surroundings(dropped, recorder.state, recorder.state_reason)
 
     await _recording_begun(clock, recorder)
     async with asyncio.TaskGroup() as group:

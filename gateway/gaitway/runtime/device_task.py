@@ -2,13 +2,14 @@
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping
-from typing import Final, Literal
+from collections.abc import Callable
+from typing import Final
 
 from gaitway.config.load import ResolvedDevice
 from gaitway.contracts import Transport
 from gaitway.errors import TransportError, TransportLostError
 from gaitway.runtime.backoff import Backoff
+from gaitway.runtime.health import Surroundings
 from gaitway.runtime.link_state import LinkSignal, LinkState, step
 from gaitway.runtime.outlet import Outlet
 from gaitway.runtime.pipeline import Pipeline
@@ -26,9 +27,8 @@ SILENCE_S: Final = 2.0
 REOPEN_AFTER_S: Final = 10.0
 """An open link without samples for this long is closed and opened again."""
 STATUS_EVERY_S: Final = 5.0
-
-Surroundings = Callable[[], tuple[Mapping[str, int], Literal["on", "off", "paused"]]]
-"""Returns what was dropped by each queue, and the state of the recording."""
+HOST_DELAY_S: Final = 0.5
+"""A busy host may wake this much late."""
 
 
 class DeviceTask:
@@ -38,11 +38,15 @@ class DeviceTask:
         device: What is configured.
         clock: The host's clock.
         out: Where everything goes.
-        surroundings: What a status says about the rest of the gateway.
+        surroundings: Returns what a status says about the rest of the gateway.
     """
 
     def __init__(
-        self, device: ResolvedDevice, clock: Clock, out: Outlet, surroundings: Surroundings
+        self,
+        device: ResolvedDevice,
+        clock: Clock,
+        out: Outlet,
+        surroundings: Callable[[], Surroundings],
     ) -> None:
         self._device, self._clock, self._out = device, clock, out
         self._surroundings = surroundings
@@ -55,6 +59,7 @@ class DeviceTask:
         self._status_due_ns = 0
         self._quiet_since_ns = 0
         self._failures = 0
+        self._streamed = False
 
     async def run(self) -> None:
         """Keep the device's samples flowing until cancelled; then finish its estimator."""
@@ -72,13 +77,20 @@ class DeviceTask:
             await self._session()
         except TransportError as exc:
             reason = str(exc)
+        except asyncio.CancelledError:
+            task = asyncio.current_task()
+            if task is not None and task.cancelling():
+                raise  # the gateway stops
+            reason = "the driver cancelled itself (a bug in it; see the log)"
         except Exception as exc:
             # A stranger's codec or transport may raise anything; it must cost only its own device.
-            logger.exception("%s: driver failed", self._id)
+            if not self._failures:
+                logger.exception("%s: driver failed", self._id)
             reason = f"the driver failed: {type(exc).__name__}: {exc} (a bug; see the log)"
         delay_s = self._backoff.next_delay_s()
         self._failures += 1
-        level = logging.WARNING if self._failures == 1 else logging.DEBUG
+        news = self._failures == 1 or reason != self._told[1]
+        level = logging.WARNING if news else logging.DEBUG
         logger.log(level, "%s: %s; trying again until it works", self._id, reason)
         self._signal(LinkSignal.LOST, reason)
         await self._clock.sleep(delay_s)
@@ -99,9 +111,13 @@ class DeviceTask:
     async def _pump(self, transport: Transport) -> None:
         ticked_ns = self._clock.now_ns()
         while True:
-            streaming = self._state is LinkState.STREAMING
-            chunk = await _receive(transport, IDLE_TICK_S if streaming else TICK_S)
+            timeout_s = IDLE_TICK_S if self._state is LinkState.STREAMING else TICK_S
+            before_ns = self._clock.now_ns()
+            chunk = await _receive(transport, timeout_s)
             now_ns = self._clock.now_ns()
+            # A host that slept or was stopped can't blame the device for the silence meanwhile.
+            asleep_ns = now_ns - before_ns - round((timeout_s + HOST_DELAY_S) * NS_PER_S)
+            self._quiet_since_ns += max(0, asleep_ns)
             if chunk is not None:
                 await self._send(transport, self._pipeline.feed(chunk))
                 self._note_samples(now_ns)
@@ -125,8 +141,8 @@ class DeviceTask:
         if self._state is not LinkState.STREAMING:
             if self._failures:
                 logger.info("%s: samples flow again", self._id)
-            if self._failures or self._state is LinkState.STALE:
-                self._pipeline.health.reconnects += 1
+                self._pipeline.health.reconnects += bool(self._streamed)
+            self._streamed = True
             self._failures = 0
             self._backoff.succeeded()
             self._signal(LinkSignal.SAMPLES, "samples flow")
@@ -153,12 +169,12 @@ class DeviceTask:
         """
         now_ns = self._clock.now_ns() if now_ns is None else now_ns
         state = step(self._state, signal)
-        if state is not self._state:
-            self._since_ns = now_ns
         self._state = state
         if state is LinkState.OPENING and self._failures:
             return
         if (state, reason) != self._told:
+            if state is not self._told[0]:
+                self._since_ns = now_ns
             self._told = (state, reason)
             self._out.link(self._id, now_ns, state.value, reason)
             self._emit_status(now_ns)
@@ -166,7 +182,6 @@ class DeviceTask:
             self._emit_status(now_ns)
 
     def _emit_status(self, now_ns: int) -> None:
-        dropped, recording = self._surroundings()
         self._pipeline.health.measure_rate(now_ns)
         self._status_due_ns = now_ns + round(STATUS_EVERY_S * NS_PER_S)
         status = self._pipeline.health.status(
@@ -175,8 +190,7 @@ class DeviceTask:
             reason=self._told[1],
             since_t_ns=self._since_ns,
             latency_s=self._pipeline.latency_s,
-            dropped=dropped,
-            recording=recording,
+            surroundings=self._surroundings(),
         )
         self._out.event(self._id, status)
 
@@ -184,7 +198,9 @@ class DeviceTask:
 async def _receive(transport: Transport, timeout_s: float) -> Chunk | None:
     """Return the next bytes, or None when none came in time."""
     try:
-        async with asyncio.timeout(timeout_s):
+        async with asyncio.timeout(timeout_s) as limit:
             return await transport.receive()
-    except TimeoutError:
+    except TimeoutError as exc:
+        if not limit.expired():  # the transport's own, as OSError(ETIMEDOUT) is one
+            raise TransportLostError(f"the link timed out: {exc}") from exc
         return None

@@ -2,6 +2,8 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
 from typing import Final, Literal
 
 from gaitway.events import LinkStateName, Status
@@ -9,6 +11,21 @@ from gaitway.samples import DeviceStatus, Fault, Gap
 from gaitway.timebase import NS_PER_S
 
 RATE_OVER_S: Final = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a status says about the rest of the gateway.
+
+    Attributes:
+        dropped: Items dropped by each bounded queue.
+        recording: State of the recording.
+        recording_reason: Why it is not on.
+    """
+
+    dropped: Mapping[str, int]
+    recording: Literal["on", "off", "paused"]
+    recording_reason: str
 
 
 class Health:
@@ -34,8 +51,14 @@ class Health:
         self.samples_lost += gap.n_missing
 
     def note_device(self, status: DeviceStatus) -> None:
-        """Keep the newest of what the device said about itself."""
-        self._device.update(status.fields)
+        """Keep the newest of what the device said; what has no JSON form is dropped."""
+        self._device.update(
+            {
+                str(name): value
+                for name, value in status.fields.items()
+                if isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))
+            }
+        )
 
     def measure_rate(self, t_ns: int) -> None:
         """Measure the sample rate since it was last measured, a second ago or more."""
@@ -57,8 +80,7 @@ class Health:
         reason: str,
         since_t_ns: int,
         latency_s: float,
-        dropped: Mapping[str, int],
-        recording: Literal["on", "off", "paused"],
+        surroundings: Surroundings,
     ) -> Status:
         """Return everything as an event."""
         return Status(
@@ -74,7 +96,8 @@ class Health:
             bytes_received=self.bytes_received,
             estimator=self.estimator,
             latency_s=latency_s,
-            dropped=dict(dropped),
-            recording=recording,
+            dropped=dict(surroundings.dropped),
+            recording=surroundings.recording,
+            recording_reason=surroundings.recording_reason,
             device_info=self._device,
         )

@@ -126,7 +126,9 @@ class Pipeline:
             else:
                 self.health.samples += len(item)
                 self._out.samples(self._id, item)
-                if not self._lacks_channel(item):
+                if self._lacks_channel(item):
+                    self._estimate(Gap(int(item.t_ns[0]), len(item), "lost"))
+                else:
                     self._estimate(mount(item, self._device.C_db))
 
     def _lacks_channel(self, batch: SampleBatch) -> bool:
@@ -151,6 +153,7 @@ class Pipeline:
             events = self._begin_anew(exc, item)
         else:
             self._failing = False
+            self.health.estimator = "running"
         self._emit(events)
 
     def _begin_anew(self, exc: Exception, item: EstimatorInput) -> Sequence[Event]:

@@ -1,6 +1,7 @@
 """A recording through today's code: the same pipeline, fed with the recorded bytes and times."""
 
 import json
+import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +17,8 @@ from gaitway.runtime.link_state import LinkState
 from gaitway.runtime.outlet import Direction
 from gaitway.runtime.pipeline import Pipeline
 from gaitway.samples import Chunk, DeviceStatus, Fault, Gap, SampleBatch
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(slots=True)
@@ -140,6 +143,13 @@ class _Player:
         self._last_t_ns = 0
 
     def play(self, body: RecordedChunk | LinkChange) -> None:
+        try:
+            self._feed(body)
+        except Exception:
+            # As the daemon: a codec that raises loses its link, which the recording has next.
+            logger.exception("the driver failed")
+
+    def _feed(self, body: RecordedChunk | LinkChange) -> None:
         if isinstance(body, RecordedChunk):
             if body.direction == "rx":
                 self._last_t_ns = body.chunk.t_ns

@@ -20,11 +20,16 @@ class PtyPort:
     Args:
         link: Where the port appears, as a symbolic link.
 
+    Raises:
+        FileExistsError: Something else is there; it is left alone.
+
     Attributes:
         bytes_lost: Bytes written while nobody read.
     """
 
     def __init__(self, link: Path) -> None:
+        if link.exists() and not link.is_symlink():
+            raise FileExistsError(f"{link} is there and is no link of a simulated port")
         self._link = link
         self.bytes_lost = 0
         self._master, self._slave = pty.openpty()

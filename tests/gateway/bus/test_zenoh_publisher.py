@@ -191,3 +191,30 @@ def test_closing_leaves_no_thread_of_ours(endpoint):
     made = ZenohPublisher(BusParams(listen=(endpoint,)), "home", {}, "r", HostClock())
     made.close(2.0)
     assert [t for t in threading.enumerate() if t.name.startswith("gaitway")] == []
+
+
+def test_an_event_that_has_no_payload_costs_itself_and_not_the_thread(publisher, endpoint):
+    class Strange(Anomaly):
+        kind = "strange"
+
+    publisher.publish("cane", Strange(t_ns=1, anomaly="x", detail="y"))
+    publisher.publish("cane", distance(t_ns=2**70))
+    publisher.publish("cane", distance(t_ns=5))
+    with open_client(endpoint) as client:
+        told = collect(client, "gaitway/v1/**", last=10).get(timeout=WAIT_S)[1]
+    assert told["t_ns"] == 5
+    assert publisher.dropped == 2
+    assert publisher.healthy
+
+
+def test_an_address_that_is_not_there_yet_does_not_stop_the_gateway(endpoint, caplog):
+    made = ZenohPublisher(
+        BusParams(listen=(endpoint, "tcp/192.0.2.77:7447")), "home", {"cane": "quad-cane"}, "r1",
+        HostClock(),
+    )  # fmt: skip
+    made.publish("cane", distance(t_ns=5))
+    with open_client(endpoint) as client:
+        told = collect(client, "gaitway/v1/**", last=10).get(timeout=WAIT_S)[1]
+    made.close(2.0)
+    assert told["t_ns"] == 5
+    assert "192.0.2.77" in caplog.text

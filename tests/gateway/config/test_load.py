@@ -6,7 +6,8 @@ import pytest
 
 from gaitway.config.load import load_config
 from gaitway.config.schema import GatewayConfig
-from gaitway.errors import ConfigError
+from gaitway.errors import ConfigError, PluginLoadError
+from gaitway.registry import load_registry
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
@@ -131,3 +132,28 @@ def test_the_example_gateway_file_lists_every_key_with_its_default(tmp_path):
                 yield from keys(field.annotation)
 
     assert [key for key in keys(GatewayConfig) if f"{key}" not in text] == []
+
+
+def test_a_device_of_a_broken_plugin_is_left_out_and_the_others_run(tmp_path, monkeypatch):
+    def with_failure(disabled=()):
+        registry = load_registry(disabled)
+        del registry.devices["shank"]
+        registry.failures["shank"] = PluginLoadError("shank", "ImportError: no such thing")
+        return registry
+
+    monkeypatch.setattr("gaitway.config.load.load_registry", with_failure)
+    other = DEVICE.replace("left-cane", "leg").replace("quad-cane", "shank").replace("USB0", "USB1")
+    loaded = load(tmp_path, DEVICE + other)
+    assert [device.config.id for device in loaded.devices] == ["left-cane"]
+    assert any("devices.leg.type" in note and "left out" in note for note in loaded.notes)
+
+
+def test_an_absolute_include_is_taken(tmp_path):
+    (tmp_path / "d").mkdir()
+    (tmp_path / "d" / "a.toml").write_text(DEVICE)
+    assert len(load(tmp_path, f'include = ["{tmp_path}/d/*.toml"]').devices) == 1
+
+
+def test_under_systemd_recordings_go_to_the_state_directory(tmp_path, monkeypatch):
+    monkeypatch.setenv("STATE_DIRECTORY", "/var/lib/gaitway")
+    assert load(tmp_path, "").gateway.recording.directory == Path("/var/lib/gaitway/recordings")

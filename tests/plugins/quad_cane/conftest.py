@@ -132,10 +132,14 @@ def without() -> Callable[..., list[EstimatorInput]]:
 def by_hand(device: DeviceType) -> Callable[..., SimulatedWalk]:
     """Return the recording of a cane moved through knots of way (m) and angles (rad)."""
 
-    def recording(way: list[Knot], angles: list[Knot], duration_s: float) -> SimulatedWalk:
+    def recording(
+        way: list[Knot], angles: list[Knot], duration_s: float, *, tremble: float = 1.0
+    ) -> SimulatedWalk:
         rng = stream(3, "by-hand")
         first_s, last_s = way[0].t_s, way[-1].t_s
-        held = [rest(first_s + 0.3, 1.0), rest(last_s - 0.3, 1.0)] if last_s > first_s else []
+        held = (
+            [rest(first_s + 0.3, tremble), rest(last_s - 0.3, tremble)] if last_s > first_s else []
+        )
         grip = Spline([rest(first_s, 0.04), *held, rest(last_s + 1e-3, 0.04)])
         tremor = Person.draw(3).tremor(grip, rng)
         motion = RigidMotion(Spline(way), Sum(Spline(angles), tremor))

@@ -61,8 +61,10 @@ def test_an_hour_later_everything_is_an_hour_later(stream, run):
     assert moved == run(stream).events
 
 
-def test_strides_are_told_no_later_than_the_look_ahead(stream):
-    estimator = QuadCaneEstimator(QuadCaneParams())
+@pytest.mark.parametrize("settle_s", [0.3, 5.0])
+def test_strides_are_told_no_later_than_the_look_ahead(stream, settle_s):
+    """However long a stance is given to settle: what is not known in time is not waited for."""
+    estimator = QuadCaneEstimator(QuadCaneParams(settle_s=settle_s))
     late_s = []
     for row in range(len(stream)):
         events = estimator.update(stream[row : row + 1])
