@@ -145,7 +145,7 @@ class Status(Event):
     """Items dropped by each bounded queue since the gateway started (all devices together)."""
     recording: Literal["on", "off", "paused"]
     """paused: the disk refused; it is tried again."""
-    recording_reason: str
+    recording_reason: str = ""
     """Why it is not on, and what to do about it; empty while it is."""
     device_info: dict[str, str | int | float]
     """What the device said about itself: ids, firmware, settings, battery."""

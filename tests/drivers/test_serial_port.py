@@ -141,6 +141,28 @@ async def test_the_other_end_closing_wakes_a_receive_that_waits(pty):
                 await receiving
 
 
+async def test_an_unplugged_usb_adapter_is_a_lost_link(pty, monkeypatch):
+    async with open_port(pty.path) as port:
+
+        def unplugged(*_args: object) -> bytes:
+            raise OSError(errno.EIO, "Input/output error")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "read", unplugged)
+            with pytest.raises(TransportLostError, match="Input/output error"):
+                async with asyncio.timeout(PROMPT_S):
+                    await port.receive()
+
+
+async def test_between_two_receives_nothing_watches_the_port(pty):
+    async with open_port(pty.path) as port:
+        receiving = asyncio.create_task(port.receive())
+        await asyncio.sleep(0.01)
+        os.write(pty.device, b"x")
+        await receiving
+        assert not asyncio.get_running_loop().remove_reader(port._fd())
+
+
 async def test_sending_to_a_lost_device_is_a_lost_link(pty):
     async with open_port(pty.path) as port:
         pty.close_device()

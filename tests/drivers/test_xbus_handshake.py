@@ -19,7 +19,13 @@ from gaitway.api import (
 from gaitway_drivers.codecs.xbus.codec import XbusCodec
 from gaitway_drivers.codecs.xbus.framer import Framer
 from gaitway_drivers.codecs.xbus.messages import Mid, encode_message
-from gaitway_drivers.codecs.xbus.outputs import Output, encode_outputs
+from gaitway_drivers.codecs.xbus.mtdata2 import encode_item
+from gaitway_drivers.codecs.xbus.outputs import (
+    Output,
+    decode_outputs,
+    encode_outputs,
+    judge_outputs,
+)
 from gaitway_drivers.codecs.xbus.peripheral import XbusPeripheral
 from gaitway_drivers.params import XbusParams
 
@@ -284,6 +290,14 @@ def test_a_device_that_set_something_useless_is_refused_by_name(outputs, word):
     assert word in items[-1].reason
 
 
+def test_samples_come_at_the_lower_rate_of_the_two_they_are_made_of():
+    outputs = decode_outputs(
+        encode_outputs([Output(0x1060, 0xFFFF), Output(0x4020, 100), Output(0x8020, 50)]) + b"\x80"
+    )
+    assert len(outputs) == 3
+    assert judge_outputs(outputs).rate_hz == 50.0
+
+
 def test_a_device_that_does_not_tell_its_rate_has_it_measured():
     codec = XbusCodec(XbusParams())
     codec.start(0)
@@ -400,6 +414,15 @@ def test_the_peripheral_sends_temperature_once_a_second():
     sizes = [len(device.encode(index, CHANNELS)) for index in range(301)]
     assert [index for index, size in enumerate(sizes) if size == max(sizes)] == [0, 100, 200, 300]
     assert (min(sizes), max(sizes)) == (73, 80)
+
+
+def test_the_peripheral_uses_the_extended_length_when_it_must():
+    extra = encode_item(0x7010, bytes(94)) * 3
+    device = XbusPeripheral(100.0, auto_measure=True, extra_items=extra)
+    device.start()
+    frame = device.encode(1, CHANNELS)
+    assert frame[3] == 0xFF
+    assert frame.endswith(extra, 0, -1)
 
 
 def test_the_peripheral_can_send_increments(decode):

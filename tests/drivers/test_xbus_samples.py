@@ -272,12 +272,12 @@ def test_the_wrap_of_the_golden_vector_is_one_sample_each(measurement, decode):
 
 @pytest.mark.parametrize("whole", [True, False])
 def test_a_clock_that_goes_back_elsewhere_began_anew(measurement, decode, whole):
-    stream = [measurement(50_000 + i, 500_000 + 100 * i, IMU) for i in range(15)]
+    stream = [measurement(50_000 + i, 500_000 + 100 * i, IMU) for i in range(25)]
     stream += [measurement(i, 100 * i, IMU) for i in range(1, 16)]
     items = decode([b"".join(stream)] if whole else stream, rate_hz=100.0)
     batches = batches_of(items)
     assert [int(b.device_ns[0]) for b in batches if b.restarted] == [100 * TICK_NS]
-    assert device_ns_of(items)[15:] == [100 * i * TICK_NS for i in range(1, 16)]
+    assert device_ns_of(items)[25:] == [100 * i * TICK_NS for i in range(1, 16)]
     assert faults_of(items) == []
 
 
@@ -428,6 +428,12 @@ def test_garbage_is_told_in_bytes_and_broken_messages_in_number(measurement, dec
     items = decode([b"".join(stream)], rate_hz=100.0)
     told = dict(faults_of(items))
     assert told == {"resync": 7 + len(broken), "bad-checksum": 1, "lost-messages": 1}
+
+
+def test_each_fault_is_told_once(measurement, decode):
+    stream = [*steady(measurement, 15), b"garbage", *steady(measurement, 5, 15), b"more"]
+    items = decode([*stream, *steady(measurement, 5, 20)], rate_hz=100.0)
+    assert faults_of(items) == [("resync", 7), ("resync", 4)]
 
 
 @pytest.mark.parametrize(
