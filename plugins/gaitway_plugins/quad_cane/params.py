@@ -80,11 +80,11 @@ class QuadCaneParams(Params):
     accel_bias_sigma_mps2: float = Field(0.05, gt=0.0)
     """Accelerometer bias at turn-on."""
     accel_bias_walk_mps2_rts: float = Field(1e-4, ge=0.0)
-    """How the accelerometer bias walks: 5 times an MTi-1's."""
+    """How the accelerometer bias walks: several times an MTi-1's, for warming up."""
     gyro_bias_sigma_radps: float = Field(1e-3, gt=0.0)
     """How far the mean rate of the first rest may be from the bias: a hand may hold the cane."""
     gyro_bias_walk_radps_rts: float = Field(3e-5, ge=0.0)
-    """How the gyroscope bias walks."""
+    """How the gyroscope bias walks: the same."""
     zero_velocity_every_s: float = Field(0.1, ge=0.0)
     """In a stance its zero velocity is taken in at the contact and so often after. In between the
     cane is navigated, so that a lift too slow for the paper's test is seen by its velocity."""
