@@ -19,9 +19,9 @@ class SerialParams(Params):
     """Bits per second, 8N1. Of no meaning for USB devices that are not UARTs, and for socket://."""
     exclusive: bool = True
     """Refuse to share the port: two readers would each get half of the bytes."""
-    read_interval_s: float = Field(default=0.05, ge=0.0, le=1.0)
+    read_interval_s: float = Field(default=0.08, ge=0.0, le=1.0)
     """Shortest time between two reads; bytes wait in the kernel. Fewer wake-ups, more latency;
-    at 115200 baud 0.05 s are 600 of the 4096 bytes a tty holds."""
+    at 115200 baud 0.08 s are 920 of the 4096 bytes a tty holds."""
 
 
 class XbusParams(Params):

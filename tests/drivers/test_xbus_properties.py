@@ -22,6 +22,7 @@ from gaitway_drivers.codecs.xbus.mtdata2 import (
 )
 from gaitway_drivers.codecs.xbus.outputs import Output
 from gaitway_drivers.codecs.xbus.peripheral import XbusPeripheral
+from gaitway_drivers.codecs.xbus.session import STEPS
 from gaitway_drivers.params import XbusParams
 
 IMU_IDS = (0x4020, 0x8020, 0x2010, 0x4010, 0x8030)
@@ -109,8 +110,14 @@ def test_bytes_changed_at_random_never_raise(capture, decode, digest, data, list
 
 
 @settings(max_examples=150)
-@given(st.lists(st.tuples(st.sampled_from(list(Mid)), st.binary(max_size=40)), max_size=30))
-def test_any_messages_in_any_order_never_raise(decode, digest, sent):
+@given(
+    st.integers(0, len(STEPS)),
+    st.lists(st.tuples(st.sampled_from(list(Mid)), st.binary(max_size=40)), max_size=30),
+    st.lists(st.binary(max_size=12), min_size=len(STEPS), max_size=len(STEPS)),
+)
+def test_any_messages_in_any_order_never_raise(decode, digest, steps, strays, answers):
+    sent = [(step.answer, data) for step, data in zip(STEPS[:steps], answers, strict=False)]
+    sent += strays
     stream = b"".join(encode_message(mid, data) for mid, data in sent)
     digest(decode([stream]))
     codec = XbusCodec(XbusParams())
