@@ -26,7 +26,7 @@ from gaitway_drivers.codecs.xbus.session import STEPS
 from gaitway_drivers.params import XbusParams
 
 IMU_IDS = (0x4020, 0x8020, 0x2010, 0x4010, 0x8030)
-STEPS = {0: 2.0**-23, 1: 2.0**-20, 2: 2.0**-32, 3: 0.0}
+RESOLUTIONS = {0: 2.0**-23, 1: 2.0**-20, 2: 2.0**-32, 3: 0.0}
 """Resolution of each number format for numbers below 1."""
 
 cuts = st.lists(st.integers(min_value=1, max_value=300), max_size=60)
@@ -182,7 +182,7 @@ def test_numbers_survive_the_wire_within_their_resolution(number_format, values)
     assert len(wire) == 3 + REAL_BYTES[number_format] * len(values)
     back = decode_reals(item, np.frombuffer(wire, np.uint8)[np.newaxis])[0]
     scale = 2048.0 if number_format == 0 else 1.0
-    np.testing.assert_allclose(back, values, rtol=0, atol=STEPS[number_format] * scale)
+    np.testing.assert_allclose(back, values, rtol=0, atol=RESOLUTIONS[number_format] * scale)
 
 
 vectors = st.lists(st.floats(-30, 30), min_size=3, max_size=3)
@@ -217,7 +217,7 @@ def test_what_the_peripheral_encodes_the_codec_decodes(
     assert {batch.period_s for batch in batches} == {1.0 / rate_hz}
     at_ns = np.concatenate([batch.device_ns for batch in batches])
     assert at_ns.tolist() == [round(i * 1e9 / rate_hz) for i in range(len(samples))]
-    atol = STEPS[number_format] * (32 if number_format == 0 else 1)
+    atol = RESOLUTIONS[number_format] * (32 if number_format == 0 else 1)
     for column, name in enumerate((ACCEL.name, GYRO.name)):
         decoded = np.concatenate([batch.channels[name] for batch in batches])
         np.testing.assert_allclose(decoded, [s[column] for s in samples], rtol=0, atol=atol)
