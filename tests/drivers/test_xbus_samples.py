@@ -381,6 +381,14 @@ def test_a_hole_in_the_packet_counter_is_counted(measurement, decode):
     assert len(device_ns_of(items)) == 39
 
 
+def test_losses_before_the_first_sample_are_no_restart(measurement, decode):
+    gnss = encode_item(0x7010, bytes(94))
+    stream = [measurement(0, None, {}, gnss), measurement(7, None, {}, gnss)]
+    items = decode([*stream, measurement(8, 100, IMU)], rate_hz=100.0)
+    assert [batch.restarted for batch in batches_of(items)] == [False]
+    assert faults_of(items) == [("lost-messages", 6)]
+
+
 def test_a_counter_that_jumps_back_is_no_loss(measurement, decode):
     stream = steady(measurement, 15) + [
         measurement(40_000 + i, 100 * i, IMU) for i in range(15, 20)

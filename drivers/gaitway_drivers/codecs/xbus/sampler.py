@@ -81,6 +81,7 @@ class Sampler:
         self._items: list[CodecItem] = []
         self._lost = 0
         self._timed = False
+        self._untimed = False
         self._steps = 0
         self._steps_restarted = False
         self._refused = False
@@ -168,7 +169,7 @@ class Sampler:
             self._close()
 
     def _begin_timed(self, tick: int) -> None:
-        if not self._timed and self._steps:
+        if self._untimed and not self._timed:
             self._clock.restart()
         self._timed = True
         if self._clock.would_restart(tick):
@@ -205,6 +206,7 @@ class Sampler:
             device_ns = np.rint(np.array(steps) * (self.period_s * NS_PER_S)).astype(np.int64)
             self._segments.append(_Segment(t_ns, device_ns, readings.values, self._steps_restarted))
             self._steps_restarted = False
+            self._untimed = True
             if readings.temperatures is not None:
                 self._note_temperature(t_ns, readings.temperatures, device_ns)
 
