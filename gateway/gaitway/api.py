@@ -1,6 +1,10 @@
 """Everything the author of a plugin or driver imports, and nothing else is public here."""
 
 from gaitway.contracts import (
+    Calibration,
+    CalibrationPart,
+    CalibrationResult,
+    CalibrationStep,
     Codec,
     CodecType,
     DeviceType,
@@ -13,13 +17,25 @@ from gaitway.contracts import (
     WalkPlan,
 )
 from gaitway.errors import (
+    CalibrationError,
     GaitwayError,
     TransportError,
     TransportLostError,
     TransportOpenError,
     map_exceptions,
 )
-from gaitway.events import Anomaly, Bout, Distance, Event, Status, Stride
+from gaitway.events import (
+    Anomaly,
+    Bout,
+    Distance,
+    Event,
+    Load,
+    Pose,
+    Push,
+    Status,
+    Stride,
+    Turn,
+)
 from gaitway.hookspecs import hookimpl
 from gaitway.params import Params
 from gaitway.samples import (
@@ -66,6 +82,11 @@ __all__ = [
     "RIGHT_TICKS",
     "Anomaly",
     "Bout",
+    "Calibration",
+    "CalibrationError",
+    "CalibrationPart",
+    "CalibrationResult",
+    "CalibrationStep",
     "Channel",
     "Chunk",
     "Clock",
@@ -86,8 +107,11 @@ __all__ = [
     "Gap",
     "HandshakeFailed",
     "Ints",
+    "Load",
     "Params",
     "Peripheral",
+    "Pose",
+    "Push",
     "SampleBatch",
     "SimulatedWalk",
     "Status",
@@ -98,6 +122,7 @@ __all__ = [
     "TransportLostError",
     "TransportOpenError",
     "TransportType",
+    "Turn",
     "WalkPlan",
     "frozen_rows",
     "hookimpl",

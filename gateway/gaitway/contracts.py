@@ -11,7 +11,7 @@ from typing import Any, Protocol, Self
 
 from gaitway.events import Event
 from gaitway.params import Params
-from gaitway.samples import Channel, Chunk, CodecItem, EstimatorInput, Floats
+from gaitway.samples import Chunk, CodecItem, EstimatorInput, Floats, Required
 from gaitway.timebase import Clock
 
 
@@ -90,6 +90,20 @@ class Estimator(Protocol):
 
     def finish(self) -> Sequence[Event]:
         """Return what the look-ahead still held back, at the end of the input."""
+        ...
+
+    def save(self) -> bytes:
+        """Return all that later answers depend on, so that another one can go on from here."""
+        ...
+
+    def restore(self, state: bytes) -> None:
+        """Go on from what one of the same class and parameters saved.
+
+        What came after, up to the next sample, is told as a ``Gap`` before it.
+
+        Raises:
+            ValueError: It was saved by something else, or is damaged; nothing has changed.
+        """
         ...
 
     def start_trace(self) -> "Trace":
@@ -185,6 +199,8 @@ class WalkPlan:
         speed_mps: Walking speed; the person's own where None.
         turn_back: Turn round half-way and walk back.
         ideal_sensor: No noise, bias, scale, quantisation or saturation.
+        conditions: What else the device's simulation can vary, by name; it raises ``ValueError``
+            for a name or value it does not know, and its docstring lists them.
     """
 
     distance_m: float
@@ -195,6 +211,7 @@ class WalkPlan:
     speed_mps: float | None = None
     turn_back: bool = False
     ideal_sensor: bool = False
+    conditions: Mapping[str, str | float] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -210,6 +227,8 @@ class SimulatedWalk:
         stride_length_m: True horizontal length of each stride, shape (m,).
         pos_n: True position of the point whose path is measured, shape (n, 3).
         q_nb: True attitude of the IMU, shape (n, 4).
+        truth: Further true quantities, unit in the name: one value a sample, or one value a stride,
+            or, as a string, one word a stride.
     """
 
     rate_hz: float
@@ -219,11 +238,87 @@ class SimulatedWalk:
     stride_length_m: Floats
     pos_n: Floats
     q_nb: Floats
+    truth: Mapping[str, Floats | tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def distance_m(self) -> float:
         """True distance walked."""
         return float(self.stride_length_m.sum())
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationStep:
+    """One thing a person does while the device is recorded.
+
+    Attributes:
+        prompt: What to do, one or two sentences.
+        duration_s: How long it is recorded; until Enter is pressed where None.
+        asks: What number the person types afterwards, a name with its unit (``force_newton``: what
+            the scale shows); nothing where None.
+        repeat: Done again and again, until the person says that it is enough.
+    """
+
+    prompt: str
+    duration_s: float | None = None
+    asks: str | None = None
+    repeat: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibrationPart:
+    """What was recorded during one step, once.
+
+    Attributes:
+        items: Samples and gaps, axes of the IMU (frame b).
+        C_db: The mounting as configured, from IMU to device components, shape (3, 3).
+        answer: The number the person typed, where the step asks for one.
+    """
+
+    items: Sequence[EstimatorInput]
+    C_db: Floats
+    answer: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibrationResult:
+    """What a calibration found.
+
+    Attributes:
+        params: Parameters of the device to write into the configuration.
+        mounting: The mounting to write, where it was found: ``C_db``, shape (3, 3).
+        findings: A line for each thing found: what, value with uncertainty and unit.
+        warnings: What is doubtful although it was accepted, a line each.
+        picture: Draws the fit: takes a ``matplotlib.figure.Figure``.
+    """
+
+    params: Mapping[str, Any]
+    findings: Sequence[str]
+    mounting: Floats | None = None
+    warnings: Sequence[str] = ()
+    picture: Callable[[Any], None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """A calibration that a device type offers.
+
+    Attributes:
+        name: kebab-case, as in ``gaitway calibrate CONFIG DEVICE NAME``.
+        summary: One line.
+        steps: What the person does, in order; a file takes the place of all of them.
+        options: Model of what has to be told besides (``distance_m`` that was walked).
+        fit: The device's parameters, the options and one part for each time a step was done (of a
+            file: one part for each answer, or the whole file as one) to the result.
+            Raises ``CalibrationError``, whose text says why it is refused and what to do better.
+        trains: ``gaitway estimate --train FILE`` runs this one with default options.
+    """
+
+    name: str
+    summary: str
+    steps: tuple[CalibrationStep, ...]
+    options: type[Params]
+    fit: Callable[[Any, Any, Sequence[CalibrationPart]], CalibrationResult]
+    trains: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,18 +328,20 @@ class DeviceType:
     Attributes:
         name: kebab-case, as in ``type = "quad-cane"``.
         summary: One line.
-        requires: Channels its estimator can't do without.
+        requires: Channels its estimator can't do without; of a tuple of channels any one will do.
         params: Model of its parameters.
         make_estimator: Parameters to an estimator.
         default_mounting: Where each IMU axis points when the config says nothing: a direction
             (up, down, forward, backward, left, right) for x, y and z.
         simulate: A plan to a walk with truth, where the device can be simulated.
-        summarise: Events of a walk to what ``gaitway estimate`` adds for this device.
+        summarise: Events of a walk to what ``gaitway estimate`` adds for this device, or puts in
+            the place of what it says of every device (``distance_m`` is null for a crutch).
+        calibrations: What ``gaitway calibrate`` can find for it.
     """
 
     name: str
     summary: str
-    requires: tuple[Channel, ...]
+    requires: Required
     params: type[Params]
     make_estimator: Callable[[Any], Estimator]
     default_mounting: Mapping[str, str] = field(
@@ -252,3 +349,4 @@ class DeviceType:
     )
     simulate: Callable[[WalkPlan], SimulatedWalk] | None = None
     summarise: Callable[[Sequence[Event]], Mapping[str, Any]] | None = None
+    calibrations: tuple[Calibration, ...] = ()

@@ -5,6 +5,7 @@
     GaitwayError
      +-- ConfigError(ValueError)            the operator's file is wrong; exit status 78
      +-- InputDataError(ValueError)         a file given to an offline command is wrong; status 65
+     +-- CalibrationError(ValueError)       a calibration is refused; status 65
      +-- PluginError                        one plugin is wrong; it is skipped, the rest runs
      |    +-- PluginLoadError(ImportError)
      |    +-- PluginContractError(TypeError)
@@ -32,6 +33,10 @@ class ConfigError(GaitwayError, ValueError):
 
 class InputDataError(GaitwayError, ValueError):
     """A file given to an offline command can't be used. The text names the line and the remedy."""
+
+
+class CalibrationError(GaitwayError, ValueError):
+    """What was recorded for a calibration does not do. The text says why and what to do better."""
 
 
 class PluginError(GaitwayError):

@@ -50,6 +50,18 @@ class Stride(Event):
     """Time in the air within the cycle."""
     swing_duration_sigma_s: float | None = None
     """Standard deviation of swing_duration_s."""
+    lift_t_ns: int | None = None
+    """When it left the ground within the cycle (terminal contact), same clock as t_ns; the contact
+    before is start_t_ns, the contact after t_ns."""
+    height_change_m: float | None = None
+    """How much higher it ended than it began; negative is down."""
+    height_change_sigma_m: float | None = None
+    """Standard deviation of height_change_m."""
+    terrain: Literal["level", "stairs-up", "stairs-down"] | None = None
+    """What was walked on, where the device can tell."""
+    style: Literal["continuous", "step-by-step", "full-lift", "back-tips"] | None = None
+    """How a walker was moved: wheels turn over several steps; wheels turn, then a full stop, each
+    step; lifted as a whole; rolled on its wheels with the back tips lifted."""
 
 
 class Distance(Event):
@@ -98,6 +110,107 @@ class Bout(Event):
     """Cycles of the sensor's carrier per minute (a step of a cane is one placement)."""
     cadence_sigma_spm: float | None = None
     """Standard deviation of cadence_spm."""
+
+
+class Load(Event):
+    """One stance of a crutch: from contact to lift of its tip."""
+
+    kind: ClassVar[str] = "load"
+
+    start_t_ns: int
+    """Contact of the tip, same clock as t_ns; t_ns is its lift."""
+    stance_duration_s: float
+    """From start_t_ns to t_ns."""
+    stance_duration_sigma_s: float
+    """Standard deviation of stance_duration_s."""
+    peak_force_newton: float
+    """Greatest axial force."""
+    peak_force_sigma_newton: float
+    """Standard deviation of peak_force_newton."""
+    mean_force_newton: float
+    """Mean axial force over the stance."""
+    mean_force_sigma_newton: float
+    """Standard deviation of mean_force_newton."""
+    peak_load_percent: float | None = None
+    """peak_force_newton in percent of the body weight; null when the body mass was not told."""
+    peak_load_sigma_percent: float | None = None
+    """Standard deviation of peak_load_percent."""
+    loading_rate_newtonps: float | None = None
+    """Steepest rise of the force towards its peak, newtons a second."""
+    loading_rate_sigma_newtonps: float | None = None
+    """Standard deviation of loading_rate_newtonps."""
+    contact_pitch_rad: float | None = None
+    """Pitch at contact; negative: the tip is ahead of the user."""
+    contact_pitch_sigma_rad: float | None = None
+    """Standard deviation of contact_pitch_rad."""
+    lift_pitch_rad: float | None = None
+    """Pitch at lift."""
+    lift_pitch_sigma_rad: float | None = None
+    """Standard deviation of lift_pitch_rad."""
+
+
+class Pose(Event):
+    """Where the device is on its path, after each stride."""
+
+    kind: ClassVar[str] = "pose"
+
+    since_t_ns: int
+    """When the path began: there is its origin, and its x axis points where the device first went;
+    same clock as t_ns. After a loss of the path a new one begins."""
+    pos_x_m: float
+    """Forward of the origin."""
+    pos_x_sigma_m: float
+    """Standard deviation of pos_x_m."""
+    pos_y_m: float
+    """Left of the origin."""
+    pos_y_sigma_m: float
+    """Standard deviation of pos_y_m."""
+    height_m: float | None = None
+    """Above the origin; null where it can't be known."""
+    height_sigma_m: float | None = None
+    """Standard deviation of height_m."""
+    heading_rad: float
+    """Direction, counter-clockwise from the x axis, -pi to pi."""
+    heading_sigma_rad: float
+    """Standard deviation of heading_rad."""
+
+
+class Turn(Event):
+    """The direction changed for good: a turn ended."""
+
+    kind: ClassVar[str] = "turn"
+
+    start_t_ns: int
+    """When it began, same clock as t_ns; t_ns is its end."""
+    turn_duration_s: float
+    """From start_t_ns to t_ns."""
+    turn_duration_sigma_s: float
+    """Standard deviation of turn_duration_s."""
+    turn_angle_rad: float
+    """How far, counter-clockwise positive."""
+    turn_angle_sigma_rad: float
+    """Standard deviation of turn_angle_rad."""
+
+
+class Push(Event):
+    """A walker was pushed: its wheels rolled, from standing to standing or from push to push."""
+
+    kind: ClassVar[str] = "push"
+
+    start_t_ns: int
+    """When it began, same clock as t_ns; t_ns is its end."""
+    push_length_m: float
+    """How far the wheels rolled."""
+    push_length_sigma_m: float
+    """Standard deviation of push_length_m."""
+    push_duration_s: float
+    """From start_t_ns to t_ns."""
+    push_duration_sigma_s: float
+    """Standard deviation of push_duration_s."""
+    peak_speed_mps: float
+    """Fastest rolling in it."""
+    peak_speed_sigma_mps: float
+    """Standard deviation of peak_speed_mps."""
 
 
 class Anomaly(Event):
@@ -151,5 +264,7 @@ class Status(Event):
     """What the device said about itself: ids, firmware, settings, battery."""
 
 
-EVENT_TYPES: tuple[type[Event], ...] = (Stride, Distance, Bout, Anomaly, Status)
+EVENT_TYPES: tuple[type[Event], ...] = (
+    Stride, Distance, Bout, Load, Pose, Turn, Push, Anomaly, Status,
+)  # fmt: skip
 """Every kind there is; keys, schemas and docs are made from this tuple."""

@@ -10,7 +10,7 @@ both clocks, makes a ``SampleBatch`` in the host's. The two are separate types s
 time can't be taken for aligned.
 """
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -54,6 +54,20 @@ CHANNELS: Final = (
     INCLINATION, INCLINATION_ROLL, LEFT_TICKS, RIGHT_TICKS,
 )  # fmt: skip
 """Every channel the core has a name for; a plugin may bring its own."""
+
+
+Required = Sequence[Channel | tuple[Channel, ...]]
+"""What an estimator can't do without; of a tuple of channels any one will do."""
+
+
+def missing_channels(required: Required, held: Container[str]) -> list[str]:
+    """Return what is not among the names held, alternatives as ``force or force_volt``."""
+    missing = []
+    for entry in required:
+        names = [channel.name for channel in (entry if isinstance(entry, tuple) else (entry,))]
+        if not any(name in held for name in names):
+            missing.append(" or ".join(names))
+    return missing
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from gaitway import __version__
-from gaitway.errors import ConfigError, GaitwayError, InputDataError, PublishError
+from gaitway.errors import CalibrationError, ConfigError, GaitwayError, InputDataError, PublishError
 
 COMMANDS: Final = {
     "run": "run the gateway",
@@ -24,6 +24,7 @@ COMMANDS: Final = {
 EXIT_STATUS: Final[tuple[tuple[type[GaitwayError], int], ...]] = (
     (ConfigError, 78),  # EX_CONFIG
     (InputDataError, 65),  # EX_DATAERR
+    (CalibrationError, 65),
     (PublishError, 69),  # EX_UNAVAILABLE
     (GaitwayError, 1),
 )

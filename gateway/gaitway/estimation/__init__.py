@@ -13,6 +13,8 @@ takes a sample at a time, costs the same for every sample, and says how much lat
     navigates: ``predict`` at every sample, ``correct`` with what ``zero_velocity``,
     ``pivot_velocity``, ``zero_rate`` and ``gravity`` return, ``(z, H, R)`` each; its noise is an
     ``ImuNoise`` of densities, so settings hold at any sample rate;
+``Saveable``
+    gives an estimator ``save`` and ``restore``;
 ``WalkLedger``
     keeps the books: strides in; stride, distance and bout events out.
 
@@ -38,6 +40,7 @@ from gaitway.estimation.ledger import WalkLedger
 from gaitway.estimation.measurements import gravity, pivot_velocity, zero_rate, zero_velocity
 from gaitway.estimation.noise import ImuNoise
 from gaitway.estimation.rest import Rest, RestDetector, align_at_rest, level_at_rest
+from gaitway.estimation.saving import Saveable
 from gaitway.estimation.stance import StanceDetector
 from gaitway.estimation.windows import CentredHold, CentredMean, half_window
 
@@ -59,6 +62,7 @@ __all__ = [
     "Measurement",
     "Rest",
     "RestDetector",
+    "Saveable",
     "StanceDetector",
     "WalkLedger",
     "align_at_rest",

@@ -23,6 +23,7 @@ from gaitway.samples import (
     Floats,
     Gap,
     Ints,
+    Required,
     SampleBatch,
 )
 from gaitway.timebase import NS_PER_S
@@ -42,14 +43,14 @@ ALIASES: Final = {
 """What others call these columns, as patterns over the lower-case name."""
 
 
-def read_csv(path: Path, required: Sequence[Channel]) -> OfflineRecording:
+def read_csv(path: Path, required: Required) -> OfflineRecording:
     """Return the walk of a CSV file whose header names columns as ``samples.CHANNELS`` does.
 
     Rows that are missing on the sample grid become gaps. ``t_ns`` is ``t_s`` in nanoseconds.
 
     Args:
         path: The file: UTF-8, commas, decimal points, a header line.
-        required: Channels that must be there.
+        required: Channels that must be there; of a tuple any one will do.
 
     Raises:
         InputDataError: The file can't be used; the text names line, column and remedy.
@@ -88,17 +89,24 @@ def _read_lines(path: Path) -> list[str]:
     return text.rstrip().splitlines()
 
 
-def _choose(
-    path: Path, header: list[str], required: Sequence[Channel]
-) -> tuple[list[Channel], list[str]]:
+def _choose(path: Path, header: list[str], required: Required) -> tuple[list[Channel], list[str]]:
     """Return the channels that are there, and notes on the columns that are passed over."""
     _check_header(path, header)
-    needed = [TIME, *(column for channel in required for column in channel.columns)]
+    single = [entry for entry in required if isinstance(entry, Channel)]
+    needed = [TIME, *(column for channel in single for column in channel.columns)]
     missing = [column for column in needed if column not in header]
     if missing:
         raise InputDataError(f"{path}: line 1: {_missing_columns(missing, header)}")
-    known = {channel.name: channel for channel in (*CHANNELS, *required)}.values()
+    alternatives = [entry for entry in required if isinstance(entry, tuple)]
+    asked = (*single, *(channel for entry in alternatives for channel in entry))
+    known = {channel.name: channel for channel in (*CHANNELS, *asked)}.values()
     channels = [channel for channel in known if set(channel.columns) <= set(header)]
+    for entry in alternatives:
+        if not set(entry) & set(channels):
+            either = " or ".join(", ".join(channel.columns) for channel in entry)
+            raise InputDataError(
+                f"{path}: line 1: columns missing: {either} (the header names {', '.join(header)})"
+            )
     used = {TIME, *(column for channel in channels for column in channel.columns)}
     notes = []
     unused = [name for name in header if name not in used]

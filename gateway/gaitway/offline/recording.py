@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitway.errors import InputDataError
-from gaitway.samples import Channel, EstimatorInput, Gap, SampleBatch
+from gaitway.samples import EstimatorInput, Gap, Required, SampleBatch, missing_channels
 from gaitway.timebase import NS_PER_S
 
 
@@ -57,13 +57,13 @@ class OfflineRecording:
         batches = self.batches
         return int(batches[-1].t_ns[-1] - batches[0].t_ns[0]) / NS_PER_S
 
-    def require(self, channels: Sequence[Channel]) -> None:
+    def require(self, channels: Required) -> None:
         """Check that the walk holds what an estimator can't do without.
 
         Raises:
             InputDataError: A channel is missing.
         """
-        missing = [channel.name for channel in channels if channel.name not in self.channels]
+        missing = missing_channels(channels, self.channels)
         if missing:
             held = ", ".join(sorted(self.channels)) or "none"
             raise InputDataError(

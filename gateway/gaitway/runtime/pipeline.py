@@ -26,6 +26,7 @@ from gaitway.samples import (
     Gap,
     HandshakeFailed,
     SampleBatch,
+    missing_channels,
 )
 
 logger = logging.getLogger(__name__)
@@ -133,8 +134,7 @@ class Pipeline:
 
     def _lacks_channel(self, batch: SampleBatch) -> bool:
         """Tell whether the estimator can't work with these samples; say so once."""
-        names = [channel.name for channel in self._device.device_type.requires]
-        missing = ", ".join(name for name in names if name not in batch.channels)
+        missing = ", ".join(missing_channels(self._device.device_type.requires, batch.channels))
         if missing and not self._lacking:
             detail = f"the device sends no {missing}, without which nothing can be estimated"
             self._emit([Anomaly(t_ns=int(batch.t_ns[0]), anomaly="channel-missing", detail=detail)])

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from gaitway.api import EstimatorInput, Event, SampleBatch, Trace
-from gaitway.estimation import Break, GapBridge, ImuSample, StanceDetector
+from gaitway.estimation import Break, GapBridge, ImuSample, Saveable, StanceDetector
 from gaitway_plugins.quad_cane.accounts import Accounts
 from gaitway_plugins.quad_cane.activity import WalkingTest, tilt_from_gravity_rad
 from gaitway_plugins.quad_cane.navigator import Navigator
@@ -18,7 +18,7 @@ Row = tuple[float, ...]
 _UNKNOWN: Final[Row] = (float("nan"),) * 7 + (0.0,)
 
 
-class QuadCaneEstimator:
+class QuadCaneEstimator(Saveable):
     """Walking distance of a quad cane: Dang & Suh (2018), with the errata of the plugin's README.
 
     Args:

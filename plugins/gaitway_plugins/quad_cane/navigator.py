@@ -90,8 +90,8 @@ class Navigator:
         self._period_s = period_s
         self._tuning = tuning = Tuning.of(params, period_s)
         self._kf = ErrorStateFilter(states=tuning.states)
-        self._Q = tuning.noise.process_covariance(period_s, tuning.states)
-        self._Q_unsure = tuning.noise.scaled(_UNSURE).process_covariance(period_s, tuning.states)
+        self._noise = tuning.noise
+        self._noise_unsure = tuning.noise.scaled(_UNSURE)
         self._rest = self._new_rest(params.rest_window_s)
         self._ever_aligned = False
         self._up_n_marked = np.array([0.0, 0.0, 1.0])
@@ -166,8 +166,8 @@ class Navigator:
 
     def move(self, sample: ImuSample) -> None:
         """Go on by a sample."""
-        Q = self._Q_unsure if sample.clipped or sample.bridged else self._Q
-        self._kf.predict(sample.accel_d, sample.gyro_d, self._period_s, Q)
+        noise = self._noise_unsure if sample.clipped or sample.bridged else self._noise
+        self._kf.predict(sample.accel_d, sample.gyro_d, self._period_s, noise)
         self._fastest_mps = max(self._fastest_mps, math.hypot(*self._kf.vel_n.tolist()))
 
     def stand(self, sample: ImuSample, *, landing: bool) -> bool:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from gaitway.api import EstimatorInput, Event, SampleBatch, Trace
-from gaitway.estimation import Break, GapBridge, ImuSample
+from gaitway.estimation import Break, GapBridge, ImuSample, Saveable
 from gaitway_plugins.shank.accounts import Accounts
 from gaitway_plugins.shank.learning import AnkleHeight, RestLearner
 from gaitway_plugins.shank.params import ShankParams
@@ -11,7 +11,7 @@ from gaitway_plugins.shank.stretch import Loss, Stretch
 from gaitway_plugins.shank.tracing import Tracer
 
 
-class ShankEstimator:
+class ShankEstimator(Saveable):
     """Walking distance of a shank, stride by stride: the default method.
 
     A stride is the IMU's horizontal way from the middle of one stance to that of the next, by

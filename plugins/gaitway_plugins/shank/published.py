@@ -8,7 +8,15 @@ from collections.abc import Sequence
 from typing import Final
 
 from gaitway.api import NS_PER_S, Anomaly, EstimatorInput, Event, SampleBatch, Trace
-from gaitway.estimation import Break, CentredMean, GapBridge, ImuSample, WalkLedger, half_window
+from gaitway.estimation import (
+    Break,
+    CentredMean,
+    GapBridge,
+    ImuSample,
+    Saveable,
+    WalkLedger,
+    half_window,
+)
 from gaitway_plugins.shank.integration import (
     BEFORE_PEAK_S,
     Method,
@@ -25,7 +33,7 @@ _STRIDE_SIGMA: Final = 0.15
 """Relative standard deviation of one stride, from their spread within a walk."""
 
 
-class PublishedEstimator:
+class PublishedEstimator(Saveable):
     """Walking distance of a shank by one of the paper's methods.
 
     Args:

@@ -41,7 +41,6 @@ class Trial:
         self.truth.q_nd = from_rotation_vector((0.1, -0.2, 0.4))
         self.kf = ErrorStateFilter()
         self.kf.nominal[:] = self.truth.nominal
-        self.Q = NOISE.process_covariance(DT_S, 15)
         for block, sigma in SIGMAS:
             self.kf.set_block(block, sigma**2)
         error = self.rng.standard_normal(15) * np.sqrt(self.kf.covariance.diagonal())
@@ -57,10 +56,10 @@ class Trial:
         force_d = rotate(conjugate(middle), np.add(push_n, (0.0, 0.0, truth.gravity_mps2)))
         self.accel_d = force_d + truth.accel_bias_d
         self.gyro_d = turn_d + truth.gyro_bias_d
-        truth.predict(self.accel_d, self.gyro_d, DT_S, np.zeros((15, 15)))
+        truth.predict(self.accel_d, self.gyro_d, DT_S, ImuNoise(0.0, 0.0))
         self.accel_d = self.accel_d + NOISE.accel_mps2_rthz / np.sqrt(DT_S) * draw(3)
         self.gyro_d = self.gyro_d + NOISE.gyro_radps_rthz / np.sqrt(DT_S) * draw(3)
-        self.kf.predict(self.accel_d, self.gyro_d, DT_S, self.Q)
+        self.kf.predict(self.accel_d, self.gyro_d, DT_S, NOISE)
         truth.gyro_bias_d[:] += NOISE.gyro_bias_walk_radps_rts * np.sqrt(DT_S) * draw(3)
         truth.accel_bias_d[:] += NOISE.accel_bias_walk_mps2_rts * np.sqrt(DT_S) * draw(3)
 

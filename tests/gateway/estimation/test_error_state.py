@@ -63,7 +63,7 @@ def error_between(truth, kf):
 @pytest.mark.parametrize("states", [9, 15])
 def test_the_transition_is_the_derivative_of_the_navigation(states):
     dt_s, tiny = 1e-3, 1e-5
-    no_noise = np.zeros((states, states))
+    no_noise = ImuNoise(0.0, 0.0)
     found = np.empty((states, states))
     for column, unit in enumerate(np.eye(states)):
         kf = moving(states)
@@ -116,7 +116,7 @@ def test_residuals_are_zero_where_the_measurement_holds():
 def test_constant_force_and_rate_follow_the_closed_form():
     """A quarter turn about the vertical with a force that turns along: v is its exact integral."""
     kf, steps, rate = ErrorStateFilter(), 1000, np.pi / 2
-    no_noise = np.zeros((15, 15))
+    no_noise = ImuNoise(0.0, 0.0)
     for _ in range(steps):
         kf.predict((1.0, 0.0, kf.gravity_mps2), (0.0, 0.0, rate), 1.0 / steps, no_noise)
     assert kf.vel_n == pytest.approx([1.0 / rate, 1.0 / rate, 0.0], abs=1e-6)
@@ -125,9 +125,9 @@ def test_constant_force_and_rate_follow_the_closed_form():
 
 def test_rest_gives_no_distance():
     kf = ErrorStateFilter()
-    Q = ImuNoise(0.01, 1e-3).process_covariance(0.01, 15)
+    noise = ImuNoise(0.01, 1e-3)
     for _ in range(1000):
-        kf.predict((0.0, 0.0, kf.gravity_mps2), (0.0, 0.0, 0.0), 0.01, Q)
+        kf.predict((0.0, 0.0, kf.gravity_mps2), (0.0, 0.0, 0.0), 0.01, noise)
     assert not kf.nominal[:6].any()
 
 
@@ -172,13 +172,13 @@ def test_an_innovation_can_be_looked_at_without_being_taken_in():
 def test_covariance_stays_symmetric_and_positive_over_a_hundred_thousand_steps(seed):
     rng = np.random.default_rng(seed)
     kf = ErrorStateFilter()
-    Q = ImuNoise(1e-3, 1e-4, 1e-5, 1e-6).process_covariance(0.01, 15)
+    noise = ImuNoise(1e-3, 1e-4, 1e-5, 1e-6)
     for block, sigma in ((VEL, 1e-2), (ATT, 0.1), (GYRO_BIAS, 0.01), (ACCEL_BIAS, 0.1)):
         kf.set_block(block, sigma**2)
     accels = rng.normal((0.0, 0.0, 9.8), 2.0, (1000, 3)).tolist()
     gyros = rng.normal(0.0, 0.5, (1000, 3)).tolist()
     for step in range(100_000):
-        kf.predict(accels[step % 1000], gyros[step % 1000], 0.01, Q)
+        kf.predict(accels[step % 1000], gyros[step % 1000], 0.01, noise)
         if step % 100 > 60:
             kf.vel_n[:] *= 0.5
             kf.correct(zero_velocity(kf, 1e-3))
@@ -198,7 +198,7 @@ def test_zero_velocity_after_a_swing_says_nothing_about_heading():
     """In frame n heading is the one direction of the attitude error that no stance shows."""
     kf = ErrorStateFilter()
     kf.set_block(ATT, 0.01)
-    no_noise = np.zeros((15, 15))
+    no_noise = ImuNoise(0.0, 0.0)
     for step in range(100):
         push = 3.0 * np.sin(2.0 * np.pi * (step + 0.5) / 100)
         kf.predict((push, -0.5 * push, kf.gravity_mps2), (0.0, 0.0, 0.0), 0.01, no_noise)

@@ -27,7 +27,7 @@ PERIOD_S = 0.005
 def stride_lengths(accel, gyro, states):
     """Return the horizontal way from each stance to the next."""
     kf = ErrorStateFilter(states=states)
-    Q = ImuNoise(0.01, 1e-3, 1e-4, 1e-5).process_covariance(PERIOD_S, states)
+    noise = ImuNoise(0.01, 1e-3, 1e-4, 1e-5)
     rests = RestDetector(
         PERIOD_S,
         window_s=0.4,
@@ -57,7 +57,7 @@ def stride_lengths(accel, gyro, states):
                 )
                 aligned = True
             continue
-        kf.predict(force_d, rate_d, PERIOD_S, Q)
+        kf.predict(force_d, rate_d, PERIOD_S, noise)
         if standing:
             kf.correct(zero_velocity(kf, 0.02))
         elif stood:

@@ -12,9 +12,8 @@ def test_noise_over_a_second_is_the_same_at_any_rate(states):
 
     def after_a_second(rate_hz):
         kf = ErrorStateFilter(states=states)
-        Q = NOISE.process_covariance(1.0 / rate_hz, states)
         for _ in range(rate_hz):
-            kf.predict((0.0, 0.0, 9.80665), (0.0, 0.0, 0.0), 1.0 / rate_hz, Q)
+            kf.predict((0.0, 0.0, 9.80665), (0.0, 0.0, 0.0), 1.0 / rate_hz, NOISE)
         return np.sqrt(kf.covariance.diagonal())
 
     assert after_a_second(50) == pytest.approx(after_a_second(400), rel=0.03)
@@ -22,9 +21,9 @@ def test_noise_over_a_second_is_the_same_at_any_rate(states):
 
 def test_a_second_of_white_noise_is_its_density():
     kf = ErrorStateFilter(states=9)
-    Q = ImuNoise(0.02, 0.0).process_covariance(0.01, 9)
+    noise = ImuNoise(0.02, 0.0)
     for _ in range(100):
-        kf.predict((0.0, 0.0, 9.80665), (0.0, 0.0, 0.0), 0.01, Q)
+        kf.predict((0.0, 0.0, 9.80665), (0.0, 0.0, 0.0), 0.01, noise)
     sigma = np.sqrt(kf.covariance.diagonal())
     assert sigma[VEL] == pytest.approx(0.02)
     assert sigma[POS] == pytest.approx(0.02 / np.sqrt(3.0))

@@ -137,7 +137,7 @@ def test_a_new_file_begins_at_max_file_mb(make_sink, clock, tmp_path):
     sink.finish([])
     sizes = [path.stat().st_size for path in in_order(tmp_path)]
     assert 4 <= len(sizes) <= 6
-    assert max(sizes) < 130_000
+    assert max(sizes) < 140_000  # one more item and the schemas
 
 
 def test_an_idle_recording_leaves_the_disk_alone_and_begins_no_files(
