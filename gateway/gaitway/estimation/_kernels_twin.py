@@ -176,6 +176,8 @@ def _pivot_velocity(
 
 
 def _cholesky(S: Floats) -> Floats:
+    if np.isnan(S).any():  # goes on as such, as it does in C
+        return np.full_like(S, np.nan)
     return np.asarray(np.linalg.cholesky(S), np.float64)
 
 

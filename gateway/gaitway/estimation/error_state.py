@@ -188,7 +188,7 @@ class ErrorStateFilter:
             noise.gyro_radps_rthz,
             noise.accel_bias_walk_mps2_rts,
             noise.gyro_bias_walk_radps_rts,
-            still,
+            still if still is None else np.asarray(still, np.bool_),
             imu_to_pivot_d,
             sigma_mps,
             out,
