@@ -28,6 +28,25 @@ static inline void put(const Array *a, Py_ssize_t i, Py_ssize_t j, double value)
     memcpy((char *)a->buffer.buf + i * a->row_stride + j * a->column_stride, &value, sizeof value);
 }
 
+/* Rows of a matrix are in one piece, as a rule. */
+static inline void get_row(const Array *a, Py_ssize_t i, double *row, int columns)
+{
+    if (a->column_stride == sizeof *row)
+        memcpy(row, (const char *)a->buffer.buf + i * a->row_stride, columns * sizeof *row);
+    else
+        for (int j = 0; j < columns; j++)
+            row[j] = at(a, i, j);
+}
+
+static inline void put_row(const Array *a, Py_ssize_t i, const double *row, int columns)
+{
+    if (a->column_stride == sizeof *row)
+        memcpy((char *)a->buffer.buf + i * a->row_stride, row, columns * sizeof *row);
+    else
+        for (int j = 0; j < columns; j++)
+            put(a, i, j, row[j]);
+}
+
 enum { READ = PyBUF_STRIDES | PyBUF_FORMAT, WRITE = READ | PyBUF_WRITABLE };
 
 /* Opens an array of one type ("d" float64, "?" bool); one dimension is one column. Rows or columns
@@ -131,28 +150,26 @@ static int open_filter(PyObject *const *args, Opened *o)
     return 0;
 }
 
-/* Fills the copy, once nothing can run Python code any more. */
+/* Fills the copy, once nothing can run Python code any more. Below its diagonal blocks P is never
+ * read. */
 static void fetch(Opened *o)
 {
     for (int i = 0; i < NOMINAL; i++)
         o->filter.nominal[i] = at(&o->nominal, i, 0);
     for (int i = 0; i < o->states; i++)
-        for (int j = i; j < o->states; j++)
-            o->filter.P[i][j] = at(&o->covariance, i, j);
+        get_row(&o->covariance, i, o->filter.P[i], o->states);
     for (int block = 0; block < o->states; block += 3)
         mirror_block(o->filter.P, block);
 }
 
-static void store(const Opened *o)
+static void store(Opened *o)
 {
     for (int i = 0; i < NOMINAL; i++)
         put(&o->nominal, i, 0, o->filter.nominal[i]);
     for (int i = 0; i < o->states; i++) {
-        put(&o->covariance, i, i, o->filter.P[i][i]);
-        for (int j = i + 1; j < o->states; j++) {
-            put(&o->covariance, i, j, o->filter.P[i][j]);
-            put(&o->covariance, j, i, o->filter.P[i][j]);
-        }
+        for (int j = 0; j < i; j++)
+            o->filter.P[i][j] = o->filter.P[j][i];
+        put_row(&o->covariance, i, o->filter.P[i], o->states);
     }
 }
 
@@ -250,17 +267,14 @@ static int go_through(Opened *o, const Recording *r, const Sampling *s, const Pi
     int few = o->states == 9;
     for (Py_ssize_t row = 0; row < r->accel_d.rows; row++) {
         double accel_d[3], gyro_d[3];
-        for (int i = 0; i < 3; i++) {
-            accel_d[i] = at(&r->accel_d, row, i);
-            gyro_d[i] = at(&r->gyro_d, row, i);
-        }
+        get_row(&r->accel_d, row, accel_d, 3);
+        get_row(&r->gyro_d, row, gyro_d, 3);
         (few ? predict_9 : predict_15)(&o->filter, accel_d, gyro_d, s);
         if (r->corrects && *((const char *)r->still.buffer.buf + row * r->still.row_stride))
             if (!(few ? stand_9 : stand_15)(&o->filter, gyro_d, p))
                 return -1;
         if (r->writes)
-            for (int i = 0; i < 10; i++)
-                put(&r->out, row, i, o->filter.nominal[i]);
+            put_row(&r->out, row, o->filter.nominal, 10);
     }
     return 0;
 }

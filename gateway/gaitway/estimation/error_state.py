@@ -214,7 +214,8 @@ class ErrorStateFilter:
         kernel: Callable[[Floats, Floats, Floats, Floats, Floats, Floats], float],
         measurement: Measurement,
     ) -> Innovation:
-        z, H, R = (np.asarray(part, np.float64) for part in measurement)
+        z, H, R = measurement
+        z, H, R = np.asarray(z, float), np.asarray(H, float), np.asarray(R, float)
         standardised = np.empty(len(z))
         nis = kernel(self.nominal, self.covariance, z, H, R, standardised)
         return Innovation(standardised, nis)
