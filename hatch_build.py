@@ -17,7 +17,15 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 SOURCE = Path("gateway/gaitway/estimation/_kernels.c")
 NAME = f"_kernels{sysconfig.get_config_var('EXT_SUFFIX')}"
 # The same bits on every machine: no fused multiply-add, nothing that only this processor has.
-FLAGS = ("-std=c11", "-O3", "-fno-math-errno", "-ffp-contract=off", "-fPIC", "-shared")
+FLAGS = (
+    "-std=c11",
+    "-O3",
+    "-fno-tree-slp-vectorize",  # pairs are written out where they pay
+    "-fno-math-errno",
+    "-ffp-contract=off",
+    "-fPIC",
+    "-shared",
+)
 
 
 class KernelsBuildHook(BuildHookInterface):  # type: ignore[type-arg]

@@ -6,6 +6,7 @@ from codec_table import codec_table
 from daemon_table import daemon_table
 from estimator_table import estimator_table
 from kernel_table import kernel_table
+from path_table import path_table
 from start_up_table import start_up_table
 
 if __name__ == "__main__":
@@ -14,6 +15,7 @@ if __name__ == "__main__":
     arguments = parser.parse_args()
     codec_table()
     kernel_table()
+    path_table()
     estimator_table()
     start_up_table()
     daemon_table(arguments.seconds)

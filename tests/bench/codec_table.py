@@ -13,14 +13,10 @@ RATE_HZ = 100.0
 def codec_table() -> None:
     """Print frames per second of each codec that can be simulated."""
     print("codec                frames per feed   frames/s    us/frame")
-    channels = {"accel": np.array([0.1, 0.2, 9.8]), "gyro": np.array([0.01, 0.02, 0.03])}
     for codec_type in gaitway_codecs():
+        frames = frames_of(codec_type)
         for together in (1, 10, 100):
             codec = codec_type.make(codec_type.params.model_validate({"listen_only": True}))
-            peripheral = codec_type.make_peripheral(RATE_HZ)
-            frames = [peripheral.encode(index, channels) for index in range(20_000)]
-            if not frames[0]:
-                frames = _started(codec_type, channels)
             chunks = [
                 Chunk(10_000_000 * start, b"".join(frames[start : start + together]))
                 for start in range(0, len(frames), together)
@@ -37,8 +33,9 @@ def codec_table() -> None:
             print(f"{codec_type.name:20} {together:15} {rate:10.0f} {1e6 / rate:11.2f}")
 
 
-def _started(codec_type, channels):
-    """Return frames of a peripheral that was started by the codec's own handshake."""
+def frames_of(codec_type):
+    """Return what a device sends, once it was started by the codec's own handshake."""
+    channels = {"accel": np.array([0.1, 0.2, 9.8]), "gyro": np.array([0.01, 0.02, 0.03])}
     codec = codec_type.make(codec_type.params.model_validate({}))
     peripheral = codec_type.make_peripheral(RATE_HZ)
     t_ns = 0

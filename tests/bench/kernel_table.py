@@ -23,7 +23,15 @@ from gaitway import estimation
 from gaitway.estimation import ATT, VEL, ErrorStateFilter, ImuNoise, _kernels_twin, kernels
 
 HERE = Path(__file__).parent
-FLAGS = ("-std=c11", "-O3", "-fno-math-errno", "-ffp-contract=off", "-fPIC", "-shared")
+FLAGS = (
+    "-std=c11",
+    "-O3",
+    "-fno-tree-slp-vectorize",  # pairs are written out where they pay
+    "-fno-math-errno",
+    "-ffp-contract=off",
+    "-fPIC",
+    "-shared",
+)
 DT_S = 0.01
 SAMPLES = 20_000
 SIGMA_MPS = 0.01

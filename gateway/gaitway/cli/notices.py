@@ -3,7 +3,7 @@
 from gaitway.estimation import COMPILED
 
 MISSING_KERNELS = (
-    "note: compiled kernels are missing, estimators run about 100 x slower: "
+    "note: compiled kernels are missing, estimators run about 10 x slower: "
     "install a C compiler and reinstall"
 )
 

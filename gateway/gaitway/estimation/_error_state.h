@@ -230,10 +230,10 @@ INLINE void predict(Filter *f, const double accel_d[3], const double gyro_d[3], 
 
 /* A measurement on its way into the filter; its rows come by threes, zero beyond the last. */
 typedef struct {
-    double z[MAX_STATES];        /* measured minus predicted; whitened: L^-1 z */
-    double variance[MAX_STATES]; /* D of S = L D L^T */
-    Rows S;                      /* H P H^T + R, lower triangle */
-    Rows W;                      /* row k is column k of P H^T; whitened: of P H^T L^-T */
+    double z[MAX_STATES];       /* measured minus predicted; whitened: L^-1 z */
+    double inverse[MAX_STATES]; /* whitened: D^-1 of S = L D L^T */
+    Rows S;                     /* H P H^T + R, lower triangle */
+    Rows W;                     /* row k is column k of P H^T; whitened: of P H^T L^-T */
 } Seen;
 
 /* Factors S = L D L^T and takes L^-1 to the residual and to P H^T; returns whether S, as it must
@@ -241,12 +241,11 @@ typedef struct {
 INLINE int whiten(Seen *m, int rows, int states)
 {
     for (int k = 0; k < rows; k++) {
-        double variance = m->S[k][k];
-        if (variance <= 0.0)
+        if (m->S[k][k] <= 0.0)
             return 0;
-        m->variance[k] = variance;
+        double inverse = m->inverse[k] = 1.0 / m->S[k][k];
         for (int i = k + 1; i < rows; i++) {
-            double lower = m->S[i][k] / variance;
+            double lower = m->S[i][k] * inverse;
             for (int j = k + 1; j <= i; j++)
                 m->S[i][j] -= lower * m->S[j][k];
             m->z[i] -= lower * m->z[k];
@@ -286,10 +285,7 @@ INLINE void take_in(Filter *f, const Seen *m, int rows, int states)
     double error[MAX_STATES] = {0.0};
     for (int k = 0; k < rows; k += 3) {
         const double(*W)[MAX_STATES] = (const double(*)[MAX_STATES])m->W + k;
-        const double *z = m->z + k;
-        double g[3];
-        for (int i = 0; i < 3; i++)
-            g[i] = k + i < rows ? 1.0 / m->variance[k + i] : 0.0;
+        const double *z = m->z + k, *g = m->inverse + k;
         add_rows(error, g[0] * z[0], W[0], g[1] * z[1], W[1], g[2] * z[2], W[2], 0, states);
         lower_block(f->P, W, g, POS, states);
         lower_block(f->P, W, g, VEL, states);

@@ -367,7 +367,7 @@ static PyObject *measure(const char *name, PyObject *const *args, Py_ssize_t cou
         if (weigh(&o, &a, &m)) {
             double nis = 0.0;
             for (int k = 0; k < (int)a.z.rows; k++) {
-                double standardised = m.z[k] / sqrt(m.variance[k]);
+                double standardised = m.z[k] * sqrt(m.inverse[k]);
                 nis += standardised * standardised;
                 put(&a.standardised, k, 0, standardised);
             }
