@@ -38,6 +38,16 @@ class RecordingConfig(RecordingParams):
     """Write MCAP files."""
 
 
+class ResumeConfig(Params):
+    """Going on after a restart where the gateway was."""
+
+    within_s: float = Field(default=600.0, ge=0.0)
+    """A device goes on from its last state if that is at most this old; 0: it always begins anew,
+    and a stop ends what is going on."""
+    directory: Path = Path("state")
+    """Folder of the states, rewritten about once a second; worth nothing after a reboot."""
+
+
 class PluginsConfig(Params):
     """Which plugins to load."""
 
@@ -74,6 +84,8 @@ class GatewayConfig(Params):
     """The zenoh session."""
     recording: RecordingConfig = RecordingConfig(directory=Path("recordings"))
     """The recording."""
+    resume: ResumeConfig = ResumeConfig()
+    """Going on after a restart."""
     plugins: PluginsConfig = PluginsConfig()
     """Which plugins to load."""
     devices: tuple[DeviceConfig, ...] = ()
