@@ -170,14 +170,11 @@ def test_every_installed_device_goes_on_mid_walk_as_if_nothing_had_been(name):
     t_ns = np.arange(n) * 10_000_000
     C_db = rotation_from_mounting(device.default_mounting)
     batch = mount(SampleBatch(t_ns, 0.01, 0, walk.channels), C_db)
-    whole, before, after = (make(device) for _ in range(3))
+    params = device.params.model_validate({})
+    whole, before, after = (device.make_estimator(params, C_db) for _ in range(3))
     half = n // 2
     expected = [*whole.update(batch[:half]), *whole.update(batch[half:]), *whole.finish()]
     first = before.update(batch[:half])
     after.restore(before.save())
     assert [*first, *after.update(batch[half:]), *after.finish()] == expected
     assert len(expected) > len(first) > 0
-
-
-def make(device):
-    return device.make_estimator(device.params.model_validate({}))

@@ -88,7 +88,7 @@ async def live(receive, seconds=0.6, codec=None):
     device = ResolvedDevice(
         config=DeviceConfig(id="cane", type="cane", driver={}),
         file=Path("gateway.toml"),
-        device_type=DeviceType("cane", "", (), Params, lambda params: Idle()),
+        device_type=DeviceType("cane", "", (), Params, lambda params, C_db: Idle()),
         params=Params(),
         transport_type=TransportType("t", "", Params, lambda params, clock: Transport(receive)),
         transport_params=Params(),

@@ -102,7 +102,7 @@ def pipeline(estimator=Echo, requires=(ACCEL,), checkpoint=None):
     device = ResolvedDevice(
         config=DeviceConfig(id="cane", type="cane", driver={}),
         file=Path("gateway.toml"),
-        device_type=DeviceType("cane", "", requires, Params, lambda params: estimator()),
+        device_type=DeviceType("cane", "", requires, Params, lambda params, C_db: estimator()),
         params=Params(),
         transport_type=TransportType("none", "", Params, lambda params, clock: None),
         transport_params=Params(),
