@@ -26,7 +26,7 @@ from gaitway.cli.settings import assignments
 from gaitway.config.problems import Problem, did_you_mean, validate
 from gaitway.contracts import DeviceType, Estimator, Trace
 from gaitway.errors import ConfigError, InputDataError
-from gaitway.mounting import rotation_from_mounting
+from gaitway.mounting import Mounting, rotation_from_mounting
 from gaitway.offline.csv_input import read_csv
 from gaitway.offline.mcap_input import read_mcap
 from gaitway.offline.recording import OfflineRecording
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="one parameter, as in TOML; mounting.x=up sets one axis",
+        help="one parameter, as in TOML; mounting.x=up or mounting.x=[1,0,0] sets one axis",
     )
     parser.add_argument(
         "--train", type=Path, metavar="FILE", help="training walk, for devices that learn"
@@ -150,13 +150,13 @@ def _settings(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _split_mounting(
     settings: Mapping[str, Any], recording: OfflineRecording, device: DeviceType
-) -> tuple[Mapping[str, str], dict[str, Any]]:
+) -> tuple[Mounting, dict[str, Any]]:
     """Return the mounting and the estimator's parameters; a recording brings its own."""
     values = dict(recording.params or {})
-    mounting = dict(recording.mounting or device.default_mounting)
+    mounting: dict[str, Any] = dict(recording.mounting or device.default_mounting)
     for key, value in settings.items():
         if key == "mounting":
-            if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
+            if not isinstance(value, dict):
                 raise ConfigError(
                     'mounting: is a table as { x = "up", y = "right", z = "forward" }'
                 )

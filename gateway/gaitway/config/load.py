@@ -12,7 +12,7 @@ from gaitway.config.problems import Problem, did_you_mean, validate
 from gaitway.config.schema import DeviceConfig, GatewayConfig, RecordingConfig, ResumeConfig
 from gaitway.contracts import CodecType, DeviceType, TransportType
 from gaitway.errors import ConfigError
-from gaitway.mounting import rotation_from_mounting
+from gaitway.mounting import Mounting, rotation_from_mounting
 from gaitway.params import Params
 from gaitway.registry import Registry, load_registry
 from gaitway.samples import Floats
@@ -46,7 +46,7 @@ class ResolvedDevice:
     transport_params: Params
     codec_type: CodecType
     codec_params: Params
-    mounting: Mapping[str, str]
+    mounting: Mounting
     C_db: Floats
 
 
@@ -250,7 +250,8 @@ def _resolve(
         )
     if device_type:
         params = validate(device_type.params, config.params, file, f"{key}.params", problems)
-    mounting = config.mounting or (dict(device_type.default_mounting) if device_type else None)
+    default = device_type.default_mounting if device_type else None
+    mounting: Mounting | None = config.mounting or default
     C_db = None
     if mounting is not None:
         try:

@@ -64,9 +64,9 @@ class DeviceConfig(Params):
     """Device type; ``gaitway plugins`` lists them."""
     driver: dict[str, Any]
     """``transport`` and ``codec`` by name, and the keys of both."""
-    mounting: dict[str, str] | None = None
-    """Where each IMU axis points: x, y, z to up, down, forward, backward, left or right.
-    The device type's own default when absent."""
+    mounting: dict[str, Any] | None = None
+    """Where each IMU axis points: x, y, z to up, down, forward, backward, left or right, or to a
+    unit vector [forward, left, up]. The device type's own default when absent."""
     params: dict[str, Any] = Field(default_factory=dict)
     """Parameters of the device type's estimator."""
     enabled: bool = True
