@@ -10,6 +10,7 @@ from pathlib import Path
 
 from gaitway.cli.notices import print_notices
 from gaitway.config.load import load_config
+from gaitway.mounting import describe_axis
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     gateway = loaded.gateway
     for device in loaded.devices:
-        axes = ", ".join(f"{axis} {way}" for axis, way in device.mounting.items())
+        axes = ", ".join(f"{axis} {describe_axis(way)}" for axis, way in device.mounting.items())
         port = getattr(device.transport_params, "port", "")
         print(
             f"{device.config.id}: {device.device_type.name} over {device.transport_type.name}"
