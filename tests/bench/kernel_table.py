@@ -34,6 +34,7 @@ FLAGS = (
 )
 DT_S = 0.01
 SAMPLES = 20_000
+PAIRS = 51
 SIGMA_MPS = 0.01
 NOISE = ImuNoise(5e-3, 5e-4, 1e-4, 1e-5)
 PEERS = {"gaitmap, forward pass only": (69.0, 50.0), "OpenShoe, C in real time": (12.0, 5.0)}
@@ -110,7 +111,7 @@ def _states(states: int, walk: Recording, loop: Callable[..., None]) -> float:
 
 def _paired(ours: Callable[[], object], theirs: Callable[[], object]) -> tuple[float, float]:
     """Return microseconds per sample of ours, and the median ratio to theirs."""
-    pairs = [(_seconds(ours), _seconds(theirs)) for _ in range(15)]
+    pairs = [(_seconds(ours), _seconds(theirs)) for _ in range(PAIRS)]
     us = 1e6 * statistics.median(seconds for seconds, _ in pairs) / SAMPLES
     return us, statistics.median(mine / other for mine, other in pairs)
 
