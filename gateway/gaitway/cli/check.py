@@ -8,6 +8,7 @@ import argparse
 import json
 from pathlib import Path
 
+from gaitway.cli.notices import print_notices
 from gaitway.config.load import load_config
 from gaitway.mounting import describe_axis
 
@@ -45,5 +46,6 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"recording: {recording.directory if recording.enabled else 'off'}")
     for note in loaded.notes:
         print(f"note: {note}")
+    print_notices()
     print("ok")
     return 0

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from gaitway.cli import COMMANDS, main
+from gaitway.cli import COMMANDS, main, notices
 
 
 @pytest.fixture(scope="module")
@@ -233,3 +233,12 @@ def test_check_tells_what_the_gateway_would_do(capsys):
 def test_plugins_explains_the_parameters_of_one(capsys):
     assert main(["plugins", "xbus"]) == 0
     assert "listen_only = False" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", [["plugins"], ["check", "configs/gateway.toml"]])
+@pytest.mark.parametrize("compiled", [True, False])
+def test_missing_kernels_are_noticed_in_one_line(command, compiled, capsys, monkeypatch):
+    monkeypatch.setattr(notices, "COMPILED", compiled)
+    assert main(command) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "kernels" in line]
+    assert lines == ([] if compiled else [notices.MISSING_KERNELS])
