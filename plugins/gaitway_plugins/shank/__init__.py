@@ -40,7 +40,6 @@ def gaitway_devices() -> Sequence[DeviceType]:
             summary="IMU on the lower leg: distance by integration from roll-over to roll-over",
             requires=(ACCEL, GYRO),
             params=ShankParams,
-            measured=("ankle_to_imu_m",),
             make_estimator=_make_estimator,
             default_mounting={"x": "up", "y": "right", "z": "forward"},
             simulate=_simulate,
