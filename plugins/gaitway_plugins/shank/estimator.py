@@ -79,8 +79,10 @@ class ShankEstimator(Saveable):
         broken.abandon()
         if since_ns is None:
             return self._new_stretch(self._period_s, None)
-        detail = f"{gap.duration_s:.2f} s of samples missing while walking; no stride is made up"
-        return self._new_stretch(self._period_s, Loss(since_ns, "gap-in-stride", detail))
+        detail = f"{gap.duration_s:.2f} s of samples missing while walking"
+        mid_walk = broken.mid_walk and gap.duration_s <= self._params.max_lost_s
+        loss = Loss(since_ns, "gap-in-stride", detail, mid_walk)
+        return self._new_stretch(self._period_s, loss)
 
     def _new_stretch(self, period_s: float, lost: Loss | None) -> Stretch:
         self._period_s = period_s

@@ -4,7 +4,7 @@ from typing import Final, NamedTuple
 
 from gaitway.api import Event
 from gaitway.estimation import CentredMean, ImuSample, half_window
-from gaitway_plugins.shank.accounts import Accounts
+from gaitway_plugins.shank.accounts import Accounts, Unmeasured
 from gaitway_plugins.shank.clipping import ClipDetector
 from gaitway_plugins.shank.footing import Floor, Footing
 from gaitway_plugins.shank.learning import AnkleHeight, RestLearner, forward_motion
@@ -22,11 +22,13 @@ class Loss(NamedTuple):
         since_ns: The last footing known.
         anomaly: Name of what happened.
         detail: One line for a person.
+        mid_walk: Samples are missing, and that footing was one of a stance that rolled.
     """
 
     since_ns: int
     anomaly: str
     detail: str
+    mid_walk: bool = False
 
 
 class Stretch:
@@ -80,6 +82,13 @@ class Stretch:
             return self._lost.since_ns
         moving = self._walking or self._swinging
         return self._from.t_ns if moving and self._from is not None else None
+
+    @property
+    def mid_walk(self) -> bool:
+        """Whether what is not measured yet began in the middle of a walk."""
+        if self._lost is not None:
+            return self._lost.mid_walk
+        return self._from is not None and self._from.flat is not None
 
     def push(self, sample: ImuSample) -> list[Event]:
         """Take the next sample; return what it makes known."""
@@ -135,7 +144,8 @@ class Stretch:
             events = self._arrive(footing)
         else:
             begin = max(self._contact, toe_off - self._max_stance, self._track.first)
-            footing = self._floor.standing(begin, toe_off)
+            if not self._resumed_in_stance(toe_off):
+                footing = self._floor.standing(begin, toe_off)
             self._way = None
             if footing is not None:
                 events = self._settle(self._track.t_ns(begin))
@@ -144,6 +154,11 @@ class Stretch:
         self._swinging = True
         self._forget(toe_off if footing is None else footing.index)
         return events
+
+    def _resumed_in_stance(self, toe_off: int) -> bool:
+        """Return whether the samples came back in a stance of the walk that was going on."""
+        mid_walk = self._lost is not None and self._lost.mid_walk
+        return mid_walk and toe_off < self._max_stance
 
     def _stop(self) -> list[Event]:
         """Take that no swing followed the last contact for so long that it is standing."""
@@ -174,7 +189,7 @@ class Stretch:
             self._lose("implausible-stride", "the shank did not move as over a foot on the floor")
             return []
         if before is None:
-            return self._settle(footing.t_ns)
+            return self._bridge(footing)
         piece = self._track.piece(before.index, footing.index)
         way = find_way(piece, before, footing, self._rest.gravity_mps2)
         if not self._accounts.believes(way):
@@ -188,7 +203,8 @@ class Stretch:
             self._tracer.way(self._track, before.index, way, self._toe_off, self._contact)
             self._traced = footing.index
         swing_s = (self._contact - self._toe_off) * self._period_s
-        return self._accounts.stride(before, footing, way, swing_s, piece.clipped * self._period_s)
+        clipped_s = piece.clipped * self._period_s
+        return self._accounts.stride(before, footing, way, swing_s, clipped_s)
 
     def _learn(self, stance: Footing, before: Way | None, after: Way) -> None:
         """Learn from a stance between two strides that were measured."""
@@ -212,12 +228,20 @@ class Stretch:
             self._lost = Loss(self._from.t_ns, anomaly, detail)
         self._from = None
 
+    def _bridge(self, footing: Footing) -> list[Event]:
+        """Take that a footing is known again; strides lost in mid-walk are interpolated."""
+        lost = self._lost
+        if lost is None or not lost.mid_walk or footing.flat is None:
+            return self._settle(footing.t_ns)
+        self._lost = None
+        return self._accounts.bridge(Unmeasured(*lost[:3], footing.t_ns))
+
     def _settle(self, t_ns: int) -> list[Event]:
         """Take that nothing is lost any longer; return what is to be said of what was."""
         lost, self._lost = self._lost, None
         if lost is None or t_ns <= lost.since_ns:
             return []
-        return self._accounts.unseen(lost.since_ns, t_ns, lost.anomaly, lost.detail)
+        return self._accounts.unseen(Unmeasured(*lost[:3], t_ns))
 
     def _forget(self, index: int) -> None:
         if self._tracer is not None and index > self._traced:
