@@ -15,6 +15,9 @@ _LOST_BY_CLIPPING_MPS2: Final = 5.0
 """By how much a clipped reading may be short, as a standard deviation."""
 _NEIGHBOURS: Final = 3
 """So many strides before a gap say what the lost ones were like."""
+_FIRST: Final = 0.65
+"""A stride from or to standing is no longer than this share of the longest: the leg that follows
+takes most of a whole one."""
 _NO_CYCLE: Final = 0.25
 """Time that differs by more from that of whole strides is none of them alone."""
 
@@ -78,11 +81,20 @@ class Accounts:
         events = self._ledger.advance(t_ns)
         return [*self._flush(), *events] if events else []
 
-    def believes(self, way: Way) -> bool:
-        """Return whether a way is none that only an error can make."""
+    def believes(self, way: Way, swing_share: float, *, half: bool) -> bool:
+        """Return whether a way is none that only an error, or no walk, can make.
+
+        Args:
+            way: From footing to footing.
+            swing_share: Of its duration that the leg was in the air.
+            half: It began or ended in standing.
+        """
         p = self._params
         return (
-            way.length_m <= p.max_stride_m
+            way.length_m <= p.max_stride_m * (_FIRST if half else 1.0)
+            and swing_share <= p.max_swing_share
+            and way.speed_ratio >= p.min_speed_ratio
+            and way.height_range_m <= p.max_height_m + p.max_steepness * way.length_m
             and way.tilt_step_rad <= p.max_tilt_step_rad
             and abs(way.closing_mps2) <= p.max_closing_mps2
         )

@@ -20,11 +20,11 @@ class ShankParams(Params):
     swing_edge_radps: float = Field(0.3, gt=0.0)
     """A swing begins and ends where the shank turns backward faster than this: beyond any bias and
     sway, and passed within a hundredth of a second."""
-    swing_rate_min_radps: float = Field(1.5, gt=0.0)
-    """A swing's peak rate is higher: 2.4 in the first half stride of a slow healthy walk, 4 to 7
-    in a whole one."""
-    swing_angle_min_rad: float = Field(0.35, gt=0.0)
-    """A swing turns the shank by more: 20 degrees, a third of a usual one."""
+    swing_rate_min_radps: float = Field(1.0, gt=0.0)
+    """A swing's peak rate is higher: 4 to 7 in a whole stride of healthy people, 2.4 in the first
+    half stride of a slow walk, 1.3 in that of a shuffle at 0.3 m/s (simulated)."""
+    swing_angle_min_rad: float = Field(0.2, gt=0.0)
+    """A swing turns the shank by more: 11 degrees, half of what a shuffle does."""
     max_swing_s: float = Field(1.2, gt=0.0)
     """A longer one is no swing of a walk."""
     min_stance_s: float = Field(0.2, gt=0.0)
@@ -90,16 +90,27 @@ class ShankParams(Params):
     pivot_depth_min_m: float = Field(0.05, ge=-1.0)
     """Nor is one in which the shank does not turn about a point so far below the IMU: in healthy
     stances that is 0.11 m or more, in a leg that swings freely less than -0.2 m."""
-    max_tilt_step_rad: float = Field(0.35, gt=0.0)
-    """Nor is a stride believed across which gyroscope and gravity differ by more, 20 degrees: the
+    max_tilt_step_rad: float = Field(0.25, gt=0.0)
+    """Nor is a stride believed across which gyroscope and gravity differ by more, 14 degrees: the
     sensor slipped or samples are missing unsaid."""
     max_closing_mps2: float = Field(2.5, gt=0.0)
     """Nor one that needs a larger constant force to meet the velocity at its end; real strides
     need less than 0.4."""
+    max_swing_share: float = Field(0.42, gt=0.0, le=1.0)
+    """Nor one of which more was swing. The shank turns backward for 0.28 to 0.31 of a stride of
+    people, for 0.43 or more of a turn of pedals."""
+    min_speed_ratio: float = Field(2.5, ge=1.0)
+    """Nor one whose fastest moment was not faster than its ends by so much: on the floor the shank
+    all but stops. People's strides have 3.4 or more, mostly 10; a sensor waved or carried, 1.5."""
+    max_height_m: float = Field(0.05, ge=0.0)
+    """Nor one in which the IMU rose by more than this"""
+    max_steepness: float = Field(0.22, ge=0.0)
+    """and this share of the length: people's strides rise by 0.03 to 0.09 m; a pedal by 0.33."""
     min_stride_m: float = Field(0.15, ge=0.0)
     """A shorter stride is stepping on the spot."""
     max_stride_m: float = Field(2.5, gt=0.0)
-    """A longer one is not believed (paper: healthy adults stay below 2 m)."""
+    """A longer one is not believed (paper: healthy adults stay below 2 m), nor 0.65 of it from
+    or to standing."""
     max_pause_s: float = Field(3.0, gt=0.0)
     """A longer rest ends the bout (Mobilise-D)."""
     max_bridge_s: float = Field(0.03, ge=0.0)

@@ -27,7 +27,7 @@ from gaitway.simulation import (
 MOUNTING: Final = {"x": "up", "y": "right", "z": "forward"}
 IMU_AHEAD_M: Final = 0.04
 """The IMU sits four centimetres before the shank's axis."""
-IMU_ABOVE_M: Final = (0.11, 0.19)
+IMU_ABOVE_M: Final = (0.12, 0.20)
 """And so high above the ankle joint: as low as a strap holds, up to where the calf begins."""
 SOFTNESS_M: Final = (0.010, 0.018)
 """Of a shod foot that rolls: the sole rocks by some 0.1 rad to either side of flat while the centre

@@ -192,9 +192,11 @@ class Stretch:
             return self._bridge(footing)
         piece = self._track.piece(before.index, footing.index)
         way = find_way(piece, before, footing, self._rest.gravity_mps2)
-        if not self._accounts.believes(way):
+        swing_s = (self._contact - self._toe_off) * self._period_s
+        half = before.flat is None or footing.flat is None
+        if not self._accounts.believes(way, swing_s / piece.duration_s, half=half):
             detail = f"{way.length_m:.2f} m with a tilt step of {way.tilt_step_rad:.2f} rad"
-            self._lose("implausible-stride", f"{detail} is not believed and not counted")
+            self._lose("implausible-stride", f"{detail} is no stride of a walk; not counted")
             return self._settle(footing.t_ns)
         self._way = way
         self._learn(before, before_way, way)
@@ -202,7 +204,6 @@ class Stretch:
             self._tracer.hold(self._track, self._traced, before.index)
             self._tracer.way(self._track, before.index, way, self._toe_off, self._contact)
             self._traced = footing.index
-        swing_s = (self._contact - self._toe_off) * self._period_s
         clipped_s = piece.clipped * self._period_s
         return self._accounts.stride(before, footing, way, swing_s, clipped_s)
 

@@ -150,7 +150,7 @@ def test_a_swing_is_told_with_the_samples_at_which_it_began_and_ended():
     assert marks(rates) == [(Mark.TOE_OFF, 50), (Mark.CONTACT, 90)]
 
 
-@pytest.mark.parametrize("run", [[-1.2] * 60, [-5.0] * 6], ids=["slow", "short"])
+@pytest.mark.parametrize("run", [[-0.9] * 60, [-5.0] * 3], ids=["slow", "short"])
 def test_a_slow_or_short_turn_back_is_no_swing(run):
     assert marks([0.5] * 20 + run + [0.5] * 20) == []
 
