@@ -18,6 +18,8 @@ _NEIGHBOURS: Final = 3
 _FIRST: Final = 0.65
 """A stride from or to standing is no longer than this share of the longest: the leg that follows
 takes most of a whole one."""
+_SHORT_M: Final = 0.45
+"""A step from or to standing that is shorter may wander about its place."""
 _NO_CYCLE: Final = 0.25
 """Time that differs by more from that of whole strides is none of them alone."""
 
@@ -94,6 +96,7 @@ class Accounts:
             way.length_m <= p.max_stride_m * (_FIRST if half else 1.0)
             and swing_share <= p.max_swing_share
             and way.speed_ratio >= p.min_speed_ratio
+            and (way.detour <= p.max_detour or (half and way.length_m < _SHORT_M))
             and way.height_range_m <= p.max_height_m + p.max_steepness * way.length_m
             and way.tilt_step_rad <= p.max_tilt_step_rad
             and abs(way.closing_mps2) <= p.max_closing_mps2

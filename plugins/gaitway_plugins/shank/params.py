@@ -85,7 +85,7 @@ class ShankParams(Params):
     stride_time_sigma_s: float = Field(0.02, gt=0.0)
     """Standard deviation of one contact time."""
 
-    max_fit_rms_mps: float = Field(0.25, gt=0.0)
+    max_fit_rms_mps: float = Field(0.18, gt=0.0)
     """A stance that the roll-over model fits worse is none of a walk: the leg swings in the air."""
     pivot_depth_min_m: float = Field(0.05, ge=-1.0)
     """Nor is one in which the shank does not turn about a point so far below the IMU: in healthy
@@ -99,12 +99,15 @@ class ShankParams(Params):
     max_swing_share: float = Field(0.42, gt=0.0, le=1.0)
     """Nor one of which more was swing. The shank turns backward for 0.28 to 0.31 of a stride of
     people, for 0.43 or more of a turn of pedals."""
-    min_speed_ratio: float = Field(2.5, ge=1.0)
+    min_speed_ratio: float = Field(3.0, ge=1.0)
     """Nor one whose fastest moment was not faster than its ends by so much: on the floor the shank
     all but stops. People's strides have 3.4 or more, mostly 10; a sensor waved or carried, 1.5."""
+    max_detour: float = Field(1.3, ge=1.0)
+    """Nor one whose way was longer than this times the distance: people's are 1.02 at most, but for
+    short steps from or to standing; a sharp turn takes 1.2, waving 1.5."""
     max_height_m: float = Field(0.05, ge=0.0)
     """Nor one in which the IMU rose by more than this"""
-    max_steepness: float = Field(0.22, ge=0.0)
+    max_steepness: float = Field(0.19, ge=0.0)
     """and this share of the length: people's strides rise by 0.03 to 0.09 m; a pedal by 0.33."""
     min_stride_m: float = Field(0.15, ge=0.0)
     """A shorter stride is stepping on the spot."""

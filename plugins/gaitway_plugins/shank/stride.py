@@ -45,6 +45,12 @@ class Way:
         return float(np.ptp(self.pos_n[:, 2]))
 
     @property
+    def detour(self) -> float:
+        """How much longer the way was than the distance."""
+        steps_m = np.hypot(*np.diff(self.pos_n[:, :2], axis=0).T)
+        return float(steps_m.sum() / max(self.length_m, 1e-6))
+
+    @property
     def speed_ratio(self) -> float:
         """How much faster its fastest moment was than both ends."""
         speed_mps = np.hypot(*self.vel_n[:, :2].T)

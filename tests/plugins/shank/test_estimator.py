@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from gaitway.api import Anomaly, Bout, Stride
 from gaitway_plugins.shank.estimator import ShankEstimator
 from gaitway_plugins.shank.params import ShankParams
+from gaitway_plugins.shank.published import PublishedEstimator
 
 
 def estimator(**changes):
@@ -277,3 +278,17 @@ def test_memory_does_not_grow_with_the_recording(tools):
         est.update(walk.batch(begin, min(begin + 50, len(walk))))
         sizes.append(len(est._stretch._track._t_ns))
     assert max(sizes) < 600
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4, 0.55, 0.8])
+@pytest.mark.parametrize("method", ["default", "s2"])
+def test_a_restart_in_mid_walk_neither_invents_nor_loses(tools, reference, share, method):
+    walk, _ = reference
+    kind = ShankEstimator if method == "default" else PublishedEstimator
+    params = ShankParams(method=method)
+    cut = round(share * len(walk))
+    first, second = kind(params), kind(params)
+    before = first.update(walk.batch(0, cut))
+    second.restore(first.save())
+    after = [*second.update(walk.batch(cut, len(walk))), *second.finish()]
+    assert [*before, *after] == tools.said(kind(params), walk)
