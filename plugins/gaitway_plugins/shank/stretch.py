@@ -13,6 +13,7 @@ from gaitway_plugins.shank.stride import Way, find_way
 from gaitway_plugins.shank.swings import Found, Mark, SwingDetector
 from gaitway_plugins.shank.tracing import Tracer
 from gaitway_plugins.shank.track import Track, samples
+from gaitway_plugins.shank.wearing import Wearing
 
 
 class Loss(NamedTuple):
@@ -44,19 +45,22 @@ class Stretch:
         accounts: Outlive the stretch, as do the learners.
         rest: Gravity and gyroscope bias.
         ankle: Height above the ankle.
+        wearing: Axis of the swings.
         lost: Walking under way when the samples broke off.
         tracer: Where per-sample estimates go, if anywhere.
     """
 
     def __init__(
         self, params: ShankParams, period_s: float, accounts: Accounts, rest: RestLearner,
-        ankle: AnkleHeight, lost: Loss | None, tracer: Tracer | None,
+        ankle: AnkleHeight, wearing: Wearing, lost: Loss | None, tracer: Tracer | None,
     ) -> None:  # fmt: skip
         self._params = params
         self._period_s: Final = period_s
         self._accounts = accounts
         self._rest = rest
         self._ankle = ankle
+        self._wearing = wearing
+        wearing.begin(period_s)
         self._lost = lost
         self._tracer = tracer
         self._track = Track(period_s, rest.gyro_bias_d)
@@ -94,8 +98,10 @@ class Stretch:
         """Take the next sample; return what it makes known."""
         self._accounts.begin(sample.t_ns)
         self._track.push(sample, clipped=self._clip.push(sample))
-        rate_radps = self._smooth.push(sample.gyro_d[1])
-        return [] if rate_radps is None else self._follow(rate_radps)
+        events = self._wearing.push(sample)
+        (x, y, z), (wx, wy, wz) = self._wearing.axis_d, sample.gyro_d
+        rate_radps = self._smooth.push(x * wx + y * wy + z * wz)
+        return events if rate_radps is None else events + self._follow(rate_radps)
 
     def finish(self) -> list[Event]:
         """Return what is known at the end of the input; a stance under way is standing."""
