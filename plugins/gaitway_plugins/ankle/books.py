@@ -1,0 +1,199 @@
+"""From ways to strides, poses and anomalies: which ways count, and what is said of the rest."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from gaitway.api import NS_PER_S, Anomaly, Event, Floats, Pose, Stride
+from gaitway.estimation import WalkLedger
+from gaitway_plugins.ankle.lever import Lever
+from gaitway_plugins.ankle.params import AnkleParams
+from gaitway_plugins.ankle.way import Way
+
+_LOST_BY_CLIPPING_MPS2: Final = 5.0
+"""By how much a clipped reading may be short, as a standard deviation."""
+_FILLED_SIGMA: Final = 0.12
+"""Relative standard deviation of a stride that is only taken to have gone on as before."""
+_CYCLE_OFF: Final = 0.3
+"""By so many cycles may time unseen differ from whole ones."""
+_REMEMBERED: Final = 6
+
+
+class Books:
+    """Keeps the books of an ankle.
+
+    The first stride of a bout is told with the second: one that stays alone is a leg that was put
+    elsewhere, not walking.
+
+    Args:
+        params: Of the ankle.
+        lever: From pivot to IMU: its uncertainty is common to all strides.
+    """
+
+    def __init__(self, params: AnkleParams, lever: Lever) -> None:
+        lever_share = params.lever_share_per_m * max(lever.sigma_m)
+        self._params = params
+        self.path: Final = PathBook(math.hypot(params.shared_sigma, lever_share))
+        self._ledger = WalkLedger(
+            max_pause_s=params.max_pause_s,
+            shared_sigma=math.hypot(params.shared_sigma, lever_share),
+            stride_time_sigma_s=params.stride_time_sigma_s,
+        )
+        self._waiting: list[Told] = []
+        self._usual: list[tuple[float, float]] = []
+
+    @property
+    def walking(self) -> bool:
+        """Whether a walk is going on."""
+        return self._ledger.in_bout
+
+    def begin(self, t_ns: int) -> None:
+        """Take the first sample; later ones change nothing."""
+        self._ledger.begin(t_ns)
+
+    def stand(self, t_ns: int) -> list[Event]:
+        """Let a moment pass in which nobody walks."""
+        return self._ledger.advance(t_ns) if self._ledger.in_bout else []
+
+    def stride(self, told: "Told") -> list[Event]:
+        """Count a stride that is believed."""
+        if self._ledger.in_bout and told.t_ns - self._ledger.bout_end_ns < self._pause_ns:
+            return self._count(told)
+        if not self._waiting or told.start_ns - self._waiting[-1].t_ns > self._pause_ns:
+            self._waiting = [told]
+            return []
+        waiting, self._waiting = self._waiting, []
+        return [event for stride in (*waiting, told) for event in self._count(stride)]
+
+    def unseen(self, since_ns: int, t_ns: int, anomaly: str, detail: str) -> list[Event]:
+        """Take that a walk went on unseen: at the pace before, where that explains the time."""
+        duration_s = (t_ns - since_ns) / NS_PER_S
+        said: Event = Anomaly(t_ns=t_ns, anomaly=anomaly, detail=detail)
+        cycles = duration_s / self._cycle_s if self._usual else 0.0
+        count = round(cycles)
+        if count == 0 or abs(cycles - count) > _CYCLE_OFF or duration_s > self._params.max_filled_s:
+            self._ledger.add_unmeasured(duration_s)
+            self.path.lose()
+            return [said, self._ledger.distance(t_ns)]
+        length_m = float(np.mean([length for length, _ in self._usual]))
+        bounds = np.linspace(since_ns, t_ns, count + 1).astype(np.int64).tolist()
+        events: list[Event] = [said]
+        for start, end in zip(bounds, bounds[1:], strict=False):
+            events += self._ledger.add_stride(start, end, length_m, _FILLED_SIGMA * length_m)
+        self.path.lose()
+        return events
+
+    def finish(self) -> list[Event]:
+        """Take that no more will come."""
+        return self._ledger.close_bout()
+
+    @property
+    def _pause_ns(self) -> int:
+        return round(self._params.max_pause_s * NS_PER_S)
+
+    @property
+    def _cycle_s(self) -> float:
+        return float(np.median([cycle for _, cycle in self._usual]))
+
+    def _count(self, told: "Told") -> list[Event]:
+        way, p = told.way, self._params
+        start_ns = max(told.start_ns, self._ledger.bout_end_ns) if self.walking else told.start_ns
+        stance_s = max(0.0, (told.lift_ns - start_ns) / NS_PER_S)
+        swing_s = (told.t_ns - told.lift_ns) / NS_PER_S
+        cycle_s = (way.after.t_ns - way.before.t_ns) / NS_PER_S
+        clipped_m = _LOST_BY_CLIPPING_MPS2 * told.clipped_s * cycle_s / 4.0
+        events = self._ledger.add_stride(
+            start_ns, told.t_ns, way.length_m, math.hypot(way.length_sigma_m, clipped_m),
+            stance_duration_s=stance_s, swing_duration_s=swing_s,
+        )  # fmt: skip
+        self._usual = [*self._usual, (way.length_m, cycle_s)][-_REMEMBERED:]
+        events = [self._filled_in(event, told) for event in events]
+        events.append(self.path.pose(told.t_ns, start_ns, way))
+        if told.clipped_s:
+            detail = f"readings at the end of their range for {told.clipped_s:.2f} s of this stride"
+            events.append(Anomaly(t_ns=told.t_ns, anomaly="sensor-clipped", detail=detail))
+        return events
+
+    def _filled_in(self, event: Event, told: "Told") -> Event:
+        if not isinstance(event, Stride):
+            return event
+        up_m = told.way.height_m
+        on_stairs = abs(up_m) > self._params.stairs_height_m
+        return event.model_copy(
+            update={
+                "lift_t_ns": told.lift_ns,
+                "height_change_m": up_m,
+                "height_change_sigma_m": told.way.height_sigma_m,
+                "terrain": ("stairs-up" if up_m > 0 else "stairs-down") if on_stairs else "level",
+            }
+        )
+
+
+class Told:
+    """A stride that is believed, with the times of its cycle.
+
+    Args:
+        way: From stance to stance.
+        start_ns: The contact before it, or where standing ended.
+        lift_ns: When the foot left the floor.
+        t_ns: When it came down again.
+        clipped_s: For how long a reading was at the end of its range.
+    """
+
+    def __init__(
+        self, way: Way, start_ns: int, lift_ns: int, t_ns: int, clipped_s: float
+    ) -> None:
+        self.way = way
+        self.start_ns = start_ns
+        self.lift_ns = lift_ns
+        self.t_ns = t_ns
+        self.clipped_s = clipped_s
+
+
+class PathBook:
+    """Where the strides lead: x where the first one went.
+
+    Args:
+        shared_sigma: Relative standard deviation common to all strides.
+    """
+
+    def __init__(self, shared_sigma: float) -> None:
+        self._shared = shared_sigma
+        self.lose()
+
+    def lose(self) -> None:
+        """Begin a new path at the next stride."""
+        self._since_ns: int | None = None
+        self._turn: Floats = np.eye(3)
+        self._pos = np.zeros(3)
+        self._variance = np.zeros(3)
+        self._heading_sigma0 = self._aside0 = 0.0
+
+    def pose(self, t_ns: int, start_ns: int, way: Way) -> Pose:
+        """Return the pose after a stride."""
+        course = math.atan2(way.step_n[1], way.step_n[0])
+        aside = way.across_sigma_m / max(way.length_m, 1e-3)
+        if self._since_ns is None:
+            self._since_ns, self._heading_sigma0 = start_ns, way.before.heading_sigma_rad
+            self._aside0 = aside
+            c, s = math.cos(course), math.sin(course)
+            self._turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        step = self._turn @ way.step_n
+        drift = math.sqrt(max(0.0, way.after.heading_sigma_rad**2 - self._heading_sigma0**2))
+        self._pos = self._pos + step
+        self._variance += (way.length_sigma_m**2, way.across_sigma_m**2, way.height_sigma_m**2)
+        own, away = np.sqrt(self._variance), float(np.hypot(*self._pos[:2]))
+        scale_m = self._shared * away
+        return Pose(
+            t_ns=t_ns,
+            since_t_ns=self._since_ns,
+            pos_x_m=float(self._pos[0]),
+            pos_x_sigma_m=math.hypot(own[0], scale_m, drift * self._pos[1]),
+            pos_y_m=float(self._pos[1]),
+            pos_y_sigma_m=math.hypot(own[1], scale_m, drift * self._pos[0], self._aside0 * away),
+            height_m=float(self._pos[2]),
+            height_sigma_m=float(own[2]),
+            heading_rad=math.atan2(step[1], step[0]),
+            heading_sigma_rad=math.hypot(drift, aside, self._aside0),
+        )
