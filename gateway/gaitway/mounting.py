@@ -105,3 +105,12 @@ def _read_only(rows: Floats) -> Floats:
     rows = np.ascontiguousarray(rows)
     rows.setflags(write=False)
     return rows
+
+
+def mounting_table(C_db: Floats) -> dict[str, list[float]]:
+    """Return a rotation as the table that a configuration holds: where each IMU axis points.
+
+    Args:
+        C_db: Rotation from IMU to device components, shape (3, 3).
+    """
+    return {axis: [round(float(v), 6) for v in C_db[:, i]] for i, axis in enumerate("xyz")}

@@ -1,11 +1,14 @@
 """What an accuracy experiment is: walks with truth, methods, and the figures they are judged by.
 
-``experiments/<device>.py`` holds those of one device: a function ``experiments() -> list[Experiment]``.
+``experiments/<device>.py`` holds those of one device: ``experiments()`` returns the simulated ones
+and ``people(folder)``, where it is defined, those on recordings of people.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +57,8 @@ class Experiment:
     Attributes:
         device: Name of the device type.
         name: What was done, as "3 m, sensor 0.575 m from the tip".
-        plans: One for each walk, from seeds 1000 on, on which no parameter was chosen.
+        plans: One for each walk, from seeds 1000 on, on which no parameter was chosen; the files of
+            walks that were measured on people.
         methods: Label to what one walk by that method gives; the first is the default.
         figures: Outcomes of all walks, a list a walk, to the figures by name, unit in the name.
         targets: For the default method.
@@ -65,8 +69,8 @@ class Experiment:
 
     device: str
     name: str
-    plans: Sequence[WalkPlan]
-    methods: Mapping[str, Callable[[WalkPlan], list[Outcome]]]
+    plans: Sequence[WalkPlan] | Sequence[Path]
+    methods: Mapping[str, Callable[[Any], list[Outcome]]]
     figures: Callable[[Sequence[Sequence[Outcome]]], dict[str, float]]
     targets: Sequence[Target] = field(default=())
     paper: str = ""

@@ -17,6 +17,7 @@ COMMANDS: Final = {
     "watch": "show what the gateway publishes, live",
     "simulate": "be a device: a simulated person walks with it",
     "replay": "run a recording through today's code and compare the events",
+    "calibrate": "find a device's parameters: guided, with a picture, written to the config",
     "estimate": "estimate a walk from a recording or a CSV file",
     "demo": "two simulated devices, the gateway and a subscriber, all at once",
 }

@@ -22,6 +22,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from gaitway.cli.settings import assignments
 from gaitway.config.problems import Problem, did_you_mean, validate
 from gaitway.contracts import DeviceType, Estimator, Trace
 from gaitway.errors import ConfigError, InputDataError
@@ -144,26 +145,7 @@ def _settings(arguments: argparse.Namespace) -> dict[str, Any]:
             settings = tomllib.loads(arguments.params.read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as exc:
             raise ConfigError(f"{arguments.params}: {exc}") from exc
-    for assignment in arguments.set:
-        key, equals, text = assignment.partition("=")
-        if not equals:
-            raise ConfigError(f"--set {assignment}: is not KEY=VALUE")
-        *tables, name = key.strip().split(".")
-        place = settings
-        for table in tables:
-            place = place.setdefault(table, {})
-            if not isinstance(place, dict):
-                raise ConfigError(f"--set {assignment}: {table} is a value and has no keys")
-        place[name] = _toml_value(text.strip())
-    return settings
-
-
-def _toml_value(text: str) -> Any:
-    """Return a value as TOML reads it; a bare word is a string."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
+    return assignments(arguments.set, settings)
 
 
 def _split_mounting(

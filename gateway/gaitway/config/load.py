@@ -26,6 +26,7 @@ class ResolvedDevice:
 
     Attributes:
         config: Its entry in the file.
+        file: The file that holds the entry.
         device_type: What it is.
         params: Parameters of its estimator.
         transport_type: How it is linked.
@@ -37,6 +38,7 @@ class ResolvedDevice:
     """
 
     config: DeviceConfig
+    file: Path
     device_type: DeviceType
     params: Params
     transport_type: TransportType
@@ -263,6 +265,7 @@ def _resolve(
     assert C_db is not None
     return ResolvedDevice(
         config,
+        file,
         device_type,
         params,
         transport_type,
