@@ -152,7 +152,7 @@ class Stretch:
         self._covariance[:] = 0.0
         self._contact_ns = None
         self._refused = 0
-        self._forget(self._from.index)
+        self._trace(self._from)
         lost, self.lost = self.lost, None
         if lost is None or self._from.t_ns <= lost.since_ns:
             return []
