@@ -23,6 +23,12 @@ def _make_estimator(params: AnkleParams, C_db: Floats | None = None) -> Estimato
     return AnkleEstimator(params, C_db)
 
 
+def _simulate(plan: WalkPlan) -> SimulatedWalk:
+    from gaitway_plugins.ankle.simulation import simulate  # noqa: PLC0415  heavy
+
+    return simulate(plan)
+
+
 @hookimpl
 def gaitway_devices() -> Sequence[DeviceType]:
     """Return the ankle."""
@@ -34,5 +40,6 @@ def gaitway_devices() -> Sequence[DeviceType]:
             params=AnkleParams,
             make_estimator=_make_estimator,
             default_mounting={"x": "up", "y": "right", "z": "forward"},
+            simulate=_simulate,
         )
     ]

@@ -18,6 +18,10 @@ _FILLED_SIGMA: Final = 0.12
 _CYCLE_OFF: Final = 0.3
 """By so many cycles may time unseen differ from whole ones."""
 _REMEMBERED: Final = 6
+_CLEAN: Final = 2
+"""A bout begins with so many strides that close by themselves,"""
+_WAITING: Final = 5
+"""among so many in a row."""
 
 
 class Books:
@@ -60,11 +64,13 @@ class Books:
         """Count a stride that is believed."""
         if self._ledger.in_bout and told.t_ns - self._ledger.bout_end_ns < self._pause_ns:
             return self._count(told)
-        if not self._waiting or told.start_ns - self._waiting[-1].t_ns > self._pause_ns:
-            self._waiting = [told]
+        if self._waiting and told.start_ns - self._waiting[-1].t_ns > self._pause_ns:
+            self._waiting = []
+        self._waiting = [*self._waiting, told][-_WAITING:]
+        if sum(not stride.way.doubtful for stride in self._waiting) < _CLEAN:
             return []
         waiting, self._waiting = self._waiting, []
-        return [event for stride in (*waiting, told) for event in self._count(stride)]
+        return [event for stride in waiting for event in self._count(stride)]
 
     def unseen(self, since_ns: int, t_ns: int, anomaly: str, detail: str) -> list[Event]:
         """Take that a walk went on unseen: at the pace before, where that explains the time."""

@@ -38,6 +38,8 @@ _STILL_RADPS: Final = 1.5e-3
 """Of a mean angular rate at rest."""
 _STANCE_MPS2: Final = 1.0
 """Acceleration in the quiet part of a stance."""
+_DOUBT: Final = ImuNoise(accel_mps2_rthz=0.2, gyro_radps_rthz=0.1)
+"""Noise of a stride that does not close: 0.05 s of samples lost in a swing turn it by 0.2 rad."""
 _G: Final = 9.8
 
 
@@ -52,6 +54,7 @@ class Anchor:
         q_nd: Attitude.
         covariance: Of the way since the anchor before, shape (3, 3).
         heading_sigma_rad: How far the heading may have drifted since the filter started.
+        doubtful: The way to it did not close and was done again with much more noise.
     """
 
     index: int
@@ -60,6 +63,7 @@ class Anchor:
     q_nd: Quaternion
     covariance: Floats
     heading_sigma_rad: float
+    doubtful: bool = False
 
 
 class Navigator:
@@ -85,6 +89,7 @@ class Navigator:
         self._period_s = period_s
         self._lever = lever
         self._at = -1
+        self._last = (-1, self.kf.nominal.copy(), self.kf.covariance.copy())
         self._noise = ImuNoise(
             params.accel_noise_mps2_rthz,
             params.gyro_noise_radps_rthz,
@@ -127,39 +132,49 @@ class Navigator:
         self.started = True
         self.path = np.zeros((0, 10))
         if still:
-            self._run(track, end)
+            self._run(track, end, self._noise)
             self._learn_at_rest(track, begin, end)
         return self._anchor(track)
 
-    def visit(self, track: Track, begin: int, end: int) -> Anchor | None:
-        """Take in the quiet part of a stance; None when no foot stood on a floor in it."""
-        moments = self._moments(begin, end)
-        self._run(track, moments[0])
-        scale = math.sqrt(len(moments))
-        self.innovation = self.kf.innovation(self._footing(track, 1.0))
-        if self.innovation.nis > self._params.gate_nis:
-            return None
-        for moment in moments:
-            self._run(track, moment)
-            self.kf.correct(self._footing(track, scale))
-        return self._anchor(track)
+    def visit(self, track: Track, begin: int, end: int, *, still: bool) -> Anchor | None:
+        """Take in a quiet part; None when no foot stood on a floor in it.
 
-    def rest(self, track: Track, begin: int, end: int) -> Anchor | None:
-        """Take in a part of standing; None when nobody stood on a floor in it."""
-        self._run(track, end)
-        p = self._params
-        rates = track.gyro_d(begin, end + 1) - self.kf.gyro_bias_d
-        rate = float(np.sqrt((rates**2).sum(axis=1).mean()))
-        sigma = math.hypot(p.standing_velocity_sigma_mps, 0.1 * rate)
-        measurement = pivot_velocity(
-            self.kf, track.rate_at(end), self._lever.imu_to_pivot_d, sigma
-        )
-        self.innovation = self.kf.innovation(measurement)
-        if self.innovation.nis > p.gate_nis:
-            return None
-        self.kf.correct(measurement)
-        self._learn_at_rest(track, begin, end)
-        return self._anchor(track)
+        Args:
+            track: Where the samples are.
+            begin: Its first sample.
+            end: Its last.
+            still: It is standing, not the middle of a stance.
+        """
+        moments = [max(begin, self._at + 1), end] if still else self._moments(begin, end)
+        self._run(track, moments[0], self._noise)
+        footing = self._footing(track, 1.0, still=still)
+        self.innovation = self.kf.innovation(footing)
+        doubtful = self.innovation.nis > self._params.gate_nis
+        if doubtful:
+            if float(np.linalg.norm(footing.z)) > self._params.doubt_mps:
+                return None
+            self._run_again(track, begin, end)
+        for moment in moments:
+            self._run(track, moment, self._noise)
+            self.kf.correct(self._footing(track, math.sqrt(len(moments)), still=still))
+        if still:
+            self._learn_at_rest(track, begin, end)
+        return self._anchor(track, doubtful=doubtful)
+
+    def _run_again(self, track: Track, begin: int, end: int) -> None:
+        """Go again from the anchor before, taking in that something happened on the way.
+
+        Samples were lost unsaid, a range was exceeded, the strap slipped: tilt and velocity are
+        less certain than the sensor's noise makes them. Gravity gives the tilt back, roughly.
+        """
+        index, nominal, covariance = self._last
+        until, self._at, self.path = self._at, index, np.zeros((0, 10))
+        self.kf.nominal[:] = nominal
+        self.kf.covariance[:] = covariance
+        self._run(track, until, _DOUBT)
+        accel = track.accel_d(begin, end + 1)
+        sigma = math.hypot(_STANCE_MPS2, float(accel.std(axis=0).max()))
+        self.kf.correct(gravity(self.kf, accel.mean(axis=0).tolist(), sigma))
 
     def _moments(self, begin: int, end: int) -> list[int]:
         span = min(end - begin, round(self._params.stance_span_s / self._period_s))
@@ -168,20 +183,23 @@ class Navigator:
         count = min(self._params.stance_samples, last - first + 1)
         return [round(m) for m in np.linspace(first, last, count)]
 
-    def _run(self, track: Track, index: int) -> None:
+    def _run(self, track: Track, index: int, noise: ImuNoise) -> None:
         if index <= self._at:
             return
         accel, gyro = track.accel_d(self._at + 1, index + 1), track.gyro_d(self._at + 1, index + 1)
         out = np.zeros((len(accel), 10))
-        self.kf.run(accel, gyro, self._period_s, self._noise, out=out)
+        self.kf.run(accel, gyro, self._period_s, noise, out=out)
         self.path = np.concatenate([self.path, out])
         self._at = index
 
-    def _footing(self, track: Track, scale: float) -> Measurement:
+    def _footing(self, track: Track, scale: float, *, still: bool) -> Measurement:
+        """Return that the pivot stands still; less surely across the floor than up and down."""
         p, rate_d = self._params, track.rate_at(self._at)
         lever_mps = self._lever.velocity_sigma_mps(rate_d)
-        across = (scale * math.hypot(p.stance_velocity_sigma_mps, lever_mps)) ** 2
-        up = (scale * math.hypot(p.stance_vertical_sigma_mps, 0.5 * lever_mps)) ** 2
+        across_mps = p.standing_velocity_sigma_mps if still else p.stance_velocity_sigma_mps
+        up_mps = p.standing_velocity_sigma_mps if still else p.stance_vertical_sigma_mps
+        across = (scale * math.hypot(across_mps, lever_mps)) ** 2
+        up = (scale * math.hypot(up_mps, 0.5 * lever_mps)) ** 2
         z, H, _ = pivot_velocity(self.kf, rate_d, self._lever.imu_to_pivot_d, 1.0)
         return Measurement(z, H, np.diag([across, across, up]))
 
@@ -211,7 +229,7 @@ class Navigator:
         sigma = math.hypot(_STILL_MPS2, spread, _G * turned_rad)
         kf.correct(gravity(kf, accel.mean(axis=0).tolist(), sigma))
 
-    def _anchor(self, track: Track) -> Anchor:
+    def _anchor(self, track: Track, *, doubtful: bool = False) -> Anchor:
         kf = self.kf
         pivot_n = kf.pos_n + rotate(kf.q_nd, self._lever.imu_to_pivot_d)
         heading = float(kf.covariance[ATT, ATT][2, 2])
@@ -222,8 +240,10 @@ class Navigator:
             kf.q_nd,
             kf.covariance[POS, POS].copy(),
             math.sqrt(heading),
+            doubtful,
         )
         kf.set_block(POS, 0.0)
+        self._last = (self._at, kf.nominal.copy(), kf.covariance.copy())
         return anchor
 
     def leaning_rad(self) -> float:

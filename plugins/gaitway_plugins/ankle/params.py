@@ -29,7 +29,9 @@ class AnkleParams(Params):
     force_weight_radps_mps2: float = Field(0.33, ge=0.0)
     """So much angular rate a metre per second squared counts in the energy."""
     valley_ratio: float = Field(5.0, gt=1.0)
-    """Energy falls and rises by more than this factor from swing to stance to swing."""
+    """Energy falls by more than this factor from swing to stance,"""
+    valley_end_ratio: float = Field(8.0, gt=1.0)
+    """and rises by more than this one to the next swing: more than a jolt in stance."""
     standing_rate_radps: float = Field(0.35, gt=0.0)
     """Below, valleys have no floor: swaying, or a foot that is flat."""
     quiet_rate_max_radps: float = Field(2.5, gt=0.0)
@@ -49,9 +51,16 @@ class AnkleParams(Params):
     """The same up or down."""
     standing_velocity_sigma_mps: float = Field(0.01, gt=0.0)
     """The same while standing."""
-    gate_nis: float = Field(30.0, gt=0.0)
+    gate_nis: float = Field(16.0, gt=0.0)
     """A quiet part whose velocity is less likely (chi-square, 3 degrees of freedom) is none of a
     foot on the floor."""
+    doubt_mps: float = Field(1.5, gt=0.0)
+    """Unless it is off by less than this in a long enough quiet part: then samples were lost on the
+    way, or a range exceeded. The stride counts within a walk, with a large standard deviation."""
+    min_quiet_s: float = Field(0.05, ge=0.0)
+    """A shorter quiet part is a turning point of a swing,"""
+    quiet_force_off_mps2: float = Field(1.6, gt=0.0)
+    """and so is one whose mean specific force differs from gravity by more."""
     accel_noise_mps2_rthz: float = Field(0.02, gt=0.0)
     """Density of the specific force's noise; with what scale, alignment and impacts do over a
     stride."""

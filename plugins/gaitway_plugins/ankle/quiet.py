@@ -54,6 +54,7 @@ class QuietDetector:
         self._mean = CentredMean(self.lag)
         self._weight = params.force_weight_radps_mps2
         self._ratio: Final = params.valley_ratio
+        self._leave: Final = params.valley_end_ratio
         self._floor: Final = params.standing_rate_radps**2
         self._ceiling: Final = params.quiet_rate_max_radps**2
         self._index = -1
@@ -95,7 +96,7 @@ class QuietDetector:
             return None
         self._valley.append(energy)
         self._extreme = min(self._extreme, energy)
-        if energy <= self._ratio * max(self._extreme, self._floor):
+        if energy <= self._leave * max(self._extreme, self._floor):
             return None
         quiet = self._quiet_part()
         self.moving, self._extreme = True, energy

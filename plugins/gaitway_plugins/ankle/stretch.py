@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitway.api import NS_PER_S, Anomaly, Event
-from gaitway.estimation import ImuSample
+from gaitway.estimation import STANDARD_GRAVITY_MPS2, ImuSample
 from gaitway_plugins.ankle.books import Books, Told
 from gaitway_plugins.ankle.lever import Lever
 from gaitway_plugins.ankle.navigator import Anchor, Navigator
@@ -18,6 +18,9 @@ from gaitway_plugins.ankle.way import Way, swing_of
 
 _SETTLED_S: Final = 2.0
 """Standing so long, small shifts of the foot are no part of a stride."""
+
+_VAGUE: Final = 0.6
+"""A stride is not believed whose standard deviation is a greater share of its length."""
 
 
 class Loss(NamedTuple):
@@ -66,6 +69,7 @@ class Stretch:
         self._patience: Final = round(params.standing_after_s / period_s)
         self._from: Anchor | None = None
         self._covariance = np.zeros((3, 3))
+        self._doubtful = False
         self._contact_ns: int | None = None
         self._rested_to = 0
         self._refused = 0
@@ -77,8 +81,8 @@ class Stretch:
         events: list[Event] = self._watch.push(sample)
         quiet = self._detector.push(sample.accel_d, sample.gyro_d)
         if quiet is not None:
-            if quiet.end - self._rested_to >= 2:
-                begin = max(quiet.begin, self._rested_to)
+            begin = max(quiet.begin, self._rested_to, self._track.first)
+            if self._is_footing(begin, quiet.end):
                 events += self._arrive(begin, quiet.end, still=False)
             return events
         return events + self._stand()
@@ -141,16 +145,23 @@ class Stretch:
         if not self.navigator.started:
             return self._start(begin, end, still=still)
         nav = self.navigator
-        anchor = (nav.rest if still else nav.visit)(self._track, begin, end)
+        anchor = nav.visit(self._track, begin, end, still=still)
         if anchor is None or nav.leaning_rad() > self._params.max_lean_rad:
             return self._refuse(begin, end, still=still)
         self._refused = 0
         return self._reach(anchor)
 
+    def _is_footing(self, begin: int, end: int) -> bool:
+        """Return whether a quiet part may be that of a stance: long and unaccelerated."""
+        if (end - begin) * self._period_s < self._params.min_quiet_s:
+            return False
+        force = float(np.linalg.norm(self._track.accel_d(begin, end + 1).mean(axis=0)))
+        return abs(force - STANDARD_GRAVITY_MPS2) < self._params.quiet_force_off_mps2
+
     def _start(self, begin: int, end: int, *, still: bool) -> list[Event]:
         self._from = self.navigator.start(self._track, begin, end, still=still)
         self._covariance[:] = 0.0
-        self._contact_ns = None
+        self._contact_ns, self._doubtful = None, False
         self._refused = 0
         self._trace(self._from)
         lost, self.lost = self.lost, None
@@ -175,13 +186,14 @@ class Stretch:
         assert self._from is not None
         before = self._from
         self._covariance += anchor.covariance
+        self._doubtful |= anchor.doubtful
         path = self.navigator.path
         gyro = self._track.gyro_d(anchor.index + 1 - len(path), anchor.index + 1)
         lift, contact, peak = swing_of(path, gyro, self._lever, self._params)
         first = anchor.index + 1 - len(path)
         way = Way(
             before, anchor, anchor.pivot_n - before.pivot_n, self._covariance.copy(),
-            first + lift, first + contact, peak,
+            first + lift, first + contact, peak, self._doubtful,
         )  # fmt: skip
         if self._is_stride(way):
             events = self._stride(way)
@@ -200,7 +212,7 @@ class Stretch:
         return (anchor.index - self._from.index) * self._period_s > _SETTLED_S
 
     def _pause(self, anchor: Anchor) -> list[Event]:
-        self._contact_ns = None
+        self._contact_ns, self._doubtful = None, False
         return self._books.stand(anchor.t_ns)
 
     def _is_stride(self, way: Way) -> bool:
@@ -209,7 +221,7 @@ class Stretch:
             p.min_stride_m <= way.length_m <= p.max_stride_m
             and way.peak_mps >= p.min_swing_speed_mps
             and (way.contact - way.lift) * self._period_s <= p.max_stride_s
-            and way.length_sigma_m < 0.5 * way.length_m
+            and way.length_sigma_m < _VAGUE * way.length_m
         )
 
     def _stride(self, way: Way) -> list[Event]:
@@ -220,6 +232,7 @@ class Stretch:
         clipped_s = self._track.clipped(way.lift, way.contact) * self._period_s
         self._contact_ns = contact_ns
         told = Told(way, min(start_ns, lift_ns), lift_ns, contact_ns, clipped_s)
+        self._doubtful = False
         events = self._watch.stride(way)
         return [*events, *self._books.stride(told)]
 

@@ -24,6 +24,7 @@ class Way:
         lift: Number of the sample at which the foot left the floor.
         contact: Number of the one at which it came down.
         peak_mps: Greatest speed of the pivot.
+        doubtful: It closed only with much more noise than the sensor has.
     """
 
     before: Anchor
@@ -33,6 +34,7 @@ class Way:
     lift: int
     contact: int
     peak_mps: float
+    doubtful: bool
 
     @property
     def length_m(self) -> float:
