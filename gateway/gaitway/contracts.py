@@ -330,7 +330,9 @@ class DeviceType:
         summary: One line.
         requires: Channels its estimator can't do without; of a tuple of channels any one will do.
         params: Model of its parameters.
-        make_estimator: Parameters to an estimator.
+        make_estimator: Parameters, and the mounting as ``C_db`` (from IMU to device components,
+            shape (3, 3)), to an estimator: samples come in device axes, but a lever arm is told
+            in those of the IMU.
         default_mounting: Where each IMU axis points when the config says nothing: a direction
             (up, down, forward, backward, left, right) for x, y and z.
         simulate: A plan to a walk with truth, where the device can be simulated.
@@ -343,7 +345,7 @@ class DeviceType:
     summary: str
     requires: Required
     params: type[Params]
-    make_estimator: Callable[[Any], Estimator]
+    make_estimator: Callable[[Any, Floats], Estimator]
     default_mounting: Mapping[str, str] = field(
         default_factory=lambda: {"x": "forward", "y": "left", "z": "up"}
     )

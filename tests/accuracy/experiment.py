@@ -95,7 +95,8 @@ def simulated(device: str, plan: WalkPlan) -> tuple[SimulatedWalk, SampleBatch]:
 def estimated(device: str, params: Mapping, batch: SampleBatch, trace: bool = False):
     """Return every event of a walk, and the trace where it is asked for."""
     device_type = registry().devices[device]
-    estimator = device_type.make_estimator(device_type.params.model_validate(params))
+    C_db = rotation_from_mounting(device_type.default_mounting)
+    estimator = device_type.make_estimator(device_type.params.model_validate(params), C_db)
     kept = estimator.start_trace() if trace else None
     events = []
     for start in range(0, len(batch), BATCH):

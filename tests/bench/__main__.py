@@ -79,7 +79,7 @@ def estimator_table() -> None:
         t_ns = (np.arange(n) * round(1e9 / RATE_HZ)).astype(np.int64)
         whole = mount(SampleBatch(t_ns, 1 / RATE_HZ, 0, walk.channels), C_db)
         for size in (1, 2, 10, n):
-            estimator = device.make_estimator(device.params())
+            estimator = device.make_estimator(device.params(), C_db)
             batches = [whole[start : start + size] for start in range(0, n, size)]
             began = time.perf_counter()
             for batch in batches:

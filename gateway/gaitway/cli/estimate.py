@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigError("\n".join(str(problem) for problem in problems))
     if arguments.train is not None:
         raise InputDataError(f"--train: {device.name} learns nothing from a training walk")
-    estimator: Estimator = device.make_estimator(params)
+    estimator: Estimator = device.make_estimator(params, C_db)
     trace = estimator.start_trace() if arguments.out else None
     events = run_estimator(estimator, recording, C_db)
     if trace is not None:

@@ -250,8 +250,8 @@ def _resolve(
             C_db = rotation_from_mounting(mounting)
         except ValueError as exc:
             problems.append(Problem(file, f"{key}.mounting", str(exc).removeprefix("mounting: ")))
-    if device_type and params and codec_type and codec_params:
-        _check_factories(device_type, params, codec_type, codec_params, file, key, problems)
+    if device_type and params and C_db is not None and codec_type and codec_params:
+        _check_factories(device_type, params, C_db, codec_type, codec_params, file, key, problems)
     if len(problems) + len(left_out) > before:
         return None
     # No problem was added, so everything was found.
@@ -280,6 +280,7 @@ def _resolve(
 def _check_factories(
     device_type: DeviceType,
     params: Params,
+    C_db: Floats,
     codec_type: CodecType,
     codec_params: Params,
     file: Path,
@@ -288,7 +289,7 @@ def _check_factories(
 ) -> None:
     """Make estimator and codec once, so that parameters that don't fit together are told now."""
     try:
-        _ = device_type.make_estimator(params).look_ahead_s
+        _ = device_type.make_estimator(params, C_db).look_ahead_s
         codec_type.make(codec_params)
     except Exception as exc:  # noqa: BLE001
         # A stranger's factory may raise anything; the operator hears it with file and key.

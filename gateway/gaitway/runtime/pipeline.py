@@ -93,7 +93,7 @@ class Pipeline:
         self._emit(events)
 
     def _new_estimator(self) -> Estimator:
-        return self._device.device_type.make_estimator(self._device.params)
+        return self._device.device_type.make_estimator(self._device.params, self._device.C_db)
 
     def _take(self, t_ns: int, items: Sequence[CodecItem]) -> list[bytes]:
         commands: list[bytes] = []

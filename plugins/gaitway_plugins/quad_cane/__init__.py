@@ -2,11 +2,20 @@
 
 from collections.abc import Sequence
 
-from gaitway.api import ACCEL, GYRO, DeviceType, Estimator, SimulatedWalk, WalkPlan, hookimpl
+from gaitway.api import (
+    ACCEL,
+    GYRO,
+    DeviceType,
+    Estimator,
+    Floats,
+    SimulatedWalk,
+    WalkPlan,
+    hookimpl,
+)
 from gaitway_plugins.quad_cane.params import QuadCaneParams
 
 
-def _make_estimator(params: QuadCaneParams) -> Estimator:
+def _make_estimator(params: QuadCaneParams, _C_db: Floats) -> Estimator:
     from gaitway_plugins.quad_cane.estimator import QuadCaneEstimator  # noqa: PLC0415  heavy
 
     return QuadCaneEstimator(params)

@@ -2,11 +2,20 @@
 
 from collections.abc import Sequence
 
-from gaitway.api import ACCEL, GYRO, DeviceType, Estimator, SimulatedWalk, WalkPlan, hookimpl
+from gaitway.api import (
+    ACCEL,
+    GYRO,
+    DeviceType,
+    Estimator,
+    Floats,
+    SimulatedWalk,
+    WalkPlan,
+    hookimpl,
+)
 from gaitway_plugins.shank.params import ShankParams
 
 
-def _make_estimator(params: ShankParams) -> Estimator:
+def _make_estimator(params: ShankParams, _C_db: Floats) -> Estimator:
     if params.method == "default":
         from gaitway_plugins.shank.estimator import ShankEstimator  # noqa: PLC0415  heavy
 

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import math
+from pathlib import Path
 
 import pytest
 
@@ -86,7 +87,8 @@ async def live(receive, seconds=0.6, codec=None):
     out = Outlet()
     device = ResolvedDevice(
         config=DeviceConfig(id="cane", type="cane", driver={}),
-        device_type=DeviceType("cane", "", (), Params, lambda params: Idle()),
+        file=Path("gateway.toml"),
+        device_type=DeviceType("cane", "", (), Params, lambda params, C_db: Idle()),
         params=Params(),
         transport_type=TransportType("t", "", Params, lambda params, clock: Transport(receive)),
         transport_params=Params(),

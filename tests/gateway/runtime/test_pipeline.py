@@ -1,6 +1,7 @@
 """The path from bytes to events, with a codec and estimators of a few lines."""
 
 import logging
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,7 +97,8 @@ class Outlet:
 def pipeline(estimator=Echo, requires=(ACCEL,)):
     device = ResolvedDevice(
         config=DeviceConfig(id="cane", type="cane", driver={}),
-        device_type=DeviceType("cane", "", requires, Params, lambda params: estimator()),
+        file=Path("gateway.toml"),
+        device_type=DeviceType("cane", "", requires, Params, lambda params, C_db: estimator()),
         params=Params(),
         transport_type=TransportType("none", "", Params, lambda params, clock: None),
         transport_params=Params(),

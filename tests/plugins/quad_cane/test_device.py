@@ -1,6 +1,7 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
@@ -12,7 +13,7 @@ def test_the_device_is_declared_as_documented(device):
     assert device.name == "quad-cane"
     assert device.requires == (ACCEL, GYRO)
     assert device.default_mounting == {"x": "up", "y": "right", "z": "forward"}
-    assert device.make_estimator(device.params()).look_ahead_s == pytest.approx(1.075)
+    assert device.make_estimator(device.params(), np.eye(3)).look_ahead_s == pytest.approx(1.075)
 
 
 def test_declaring_it_loads_neither_numbers_nor_the_simulation():
