@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from gaitway.api import (
     ACCEL,
     GYRO,
+    Calibration,
+    CalibrationPart,
+    CalibrationResult,
+    CalibrationStep,
     DeviceType,
     Estimator,
     Floats,
@@ -14,10 +16,10 @@ from gaitway.api import (
     WalkPlan,
     hookimpl,
 )
-from gaitway_plugins.ankle.params import AnkleParams
+from gaitway_plugins.ankle.params import AnkleParams, TrainingOptions
 
 
-def _make_estimator(params: AnkleParams, C_db: Floats | None = None) -> Estimator:
+def _make_estimator(params: AnkleParams, C_db: Floats) -> Estimator:
     from gaitway_plugins.ankle.estimator import AnkleEstimator  # noqa: PLC0415  heavy
 
     return AnkleEstimator(params, C_db)
@@ -27,6 +29,28 @@ def _simulate(plan: WalkPlan) -> SimulatedWalk:
     from gaitway_plugins.ankle.simulation import simulate  # noqa: PLC0415  heavy
 
     return simulate(plan)
+
+
+def _fit(
+    params: AnkleParams, options: TrainingOptions, parts: Sequence[CalibrationPart]
+) -> CalibrationResult:
+    from gaitway_plugins.ankle.training import fit_lever  # noqa: PLC0415  heavy
+
+    return fit_lever(params, options, parts)
+
+
+_TRAINING = Calibration(
+    name="training-walk",
+    summary="lever arm from a straight walk of 3 m on a level floor",
+    steps=(
+        CalibrationStep(
+            "Stand still for two seconds, walk 3 m straight on, stand still for two seconds."
+        ),
+    ),
+    options=TrainingOptions,
+    fit=_fit,
+    trains=True,
+)
 
 
 @hookimpl
@@ -41,5 +65,6 @@ def gaitway_devices() -> Sequence[DeviceType]:
             make_estimator=_make_estimator,
             default_mounting={"x": "up", "y": "right", "z": "forward"},
             simulate=_simulate,
+            calibrations=(_TRAINING,),
         )
     ]

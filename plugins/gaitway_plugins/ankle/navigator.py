@@ -151,7 +151,8 @@ class Navigator:
         self.innovation = self.kf.innovation(footing)
         doubtful = self.innovation.nis > self._params.gate_nis
         if doubtful:
-            if float(np.linalg.norm(footing.z)) > self._params.doubt_mps:
+            long = (end - begin) * self._period_s >= self._params.sure_quiet_s
+            if not long or float(np.linalg.norm(footing.z)) > self._params.doubt_mps:
                 return None
             self._run_again(track, begin, end)
         for moment in moments:

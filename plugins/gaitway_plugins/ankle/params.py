@@ -18,9 +18,10 @@ class AnkleParams(Params):
     the axes of the IMU: the paper's r. A training walk finds it; null assumes one."""
     lever_arm_sigma_m: float = Field(0.015, ge=0.0, le=0.5)
     """Standard deviation of each component of lever_arm_m; a training walk finds it too."""
-    assumed_lever_m: float = Field(0.26, ge=0.0, le=1.0)
+    assumed_lever_m: float = Field(0.28, ge=0.0, le=1.0)
     """Height of the IMU above that point where lever_arm_m is null. More than its height above the
-    floor, as the foot rolls on under it."""
+    floor, as the foot rolls on under it. Calibrated on the real walks of two people (NO2 and NO3 of
+    the README)."""
     assumed_lever_sigma_m: float = Field(0.07, ge=0.0, le=1.0)
     """Standard deviation of assumed_lever_m; of each axis across it, half as much."""
 
@@ -57,6 +58,8 @@ class AnkleParams(Params):
     doubt_mps: float = Field(1.5, gt=0.0)
     """Unless it is off by less than this in a long enough quiet part: then samples were lost on the
     way, or a range exceeded. The stride counts within a walk, with a large standard deviation."""
+    sure_quiet_s: float = Field(0.12, gt=0.0)
+    """What a long enough quiet part is."""
     min_quiet_s: float = Field(0.05, ge=0.0)
     """A shorter quiet part is a turning point of a swing,"""
     quiet_force_off_mps2: float = Field(1.6, gt=0.0)
@@ -111,3 +114,12 @@ class AnkleParams(Params):
     """Published methods: finer window in it (paper, II-D-1)."""
     published_shared_sigma: float = Field(0.06, ge=0.0)
     """Published methods: shared_sigma, from the paper's Table I."""
+
+
+class TrainingOptions(Params):
+    """What has to be told of a training walk."""
+
+    distance_m: float = Field(3.0, gt=1.0, le=50.0)
+    """How far it was, from standing to standing."""
+    distance_sigma_m: float = Field(0.08, gt=0.0)
+    """How well that is known; the paper's need not be exact."""

@@ -42,6 +42,7 @@ SETTLE_S: Final = 0.5
 """From the last contact to standing still."""
 STAIR_RISE_M: Final = 0.17
 STAIR_TREAD_M: Final = 0.28
+_MORE_THAN_HALF: Final = 0.75
 _CLIMBS: Final = {"level": 0.0, "stairs-up": 1.0, "stairs-down": -1.0}
 _DEG: Final = pi / 180.0
 _CHEAP: Final = ImuModel(
@@ -110,7 +111,8 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     where standing begins again; its length is the horizontal displacement of the ankle.
 
     Args:
-        plan: What to walk; ``distance_m`` is reached to within half a stride. Conditions:
+        plan: What to walk; ``distance_m`` is kept on a straight level way, and elsewhere reached
+            to within half a stride. Conditions:
             ``terrain`` (``level``, ``stairs-up``, ``stairs-down``: steps of 17 on 28 cm) and
             ``sensor`` (``mti``, ``cheap``).
 
@@ -189,7 +191,7 @@ def _footfalls(
         course_rad = heading_rad + 0.5 * turn_rad + float(rng.normal(0.0, 0.01))
         x_m += share * pace.length_m * cos(course_rad)
         y_m += share * pace.length_m * sin(course_rad)
-        z_m += round(2.0 * share) * 0.5 * pace.climb_m
+        z_m += (1.0 if share > _MORE_THAN_HALF else 0.5) * pace.climb_m
         heading_rad += turn_rad
         reach = push
     end_s = contact_s + SETTLE_S
@@ -201,6 +203,19 @@ def _course(
     plan: WalkPlan, person: Person, pace: Pace, rng: np.random.Generator
 ) -> Iterator[tuple[float, float]]:
     """Yield length, relative to the usual, and turn of each stride, half ones at both ends."""
+    if pace.climb_m or plan.turn_back:
+        yield from _open_course(plan, person, pace, rng)
+        return
+    whole = max(1, round(plan.distance_m / pace.length_m - 1.0))
+    shares = np.array([0.5, *rng.normal(1.0, person.length_variation, whole), 0.5])
+    shares *= plan.distance_m / (pace.length_m * shares.sum())
+    yield from ((float(share), 0.0) for share in shares)
+
+
+def _open_course(
+    plan: WalkPlan, person: Person, pace: Pace, rng: np.random.Generator
+) -> Iterator[tuple[float, float]]:
+    """Yield the same where turns or treads say how long the last stride is."""
     turns = _turn(rng) if plan.turn_back else []
     whole_m, walked_m = pace.length_m, 0.5 * pace.length_m
     # A tread is as long as it is built.

@@ -49,6 +49,7 @@ class Stretch:
     Attributes:
         navigator: The filter.
         lost: Walking under way that is not measured.
+        strides: How many there were.
         tracer: Where per-sample estimates go, if anywhere.
     """
 
@@ -57,6 +58,7 @@ class Stretch:
     ) -> None:
         self.navigator: Final = Navigator(params, period_s, lever)
         self.lost: Loss | None = None
+        self.strides = 0
         self.tracer: Tracer | None = None
         self._params = params
         self._period_s = period_s
@@ -172,7 +174,8 @@ class Stretch:
     def _refuse(self, begin: int, end: int, *, still: bool) -> list[Event]:
         """Take that the velocity found is none of a foot on a floor."""
         self._refused += 1
-        if not still and self._refused < 3 and self._lacking_s() < self._params.max_stride_s:
+        long = (end - begin) * self._period_s >= self._params.sure_quiet_s
+        if not long and self._lacking_s() < self._params.max_stride_s:
             return []
         self._lose("no-footing", "the leg did not move as over a foot on the floor")
         self.navigator.lose(self._track.first - 1)
@@ -233,6 +236,7 @@ class Stretch:
         self._contact_ns = contact_ns
         told = Told(way, min(start_ns, lift_ns), lift_ns, contact_ns, clipped_s)
         self._doubtful = False
+        self.strides += 1
         events = self._watch.stride(way)
         return [*events, *self._books.stride(told)]
 
