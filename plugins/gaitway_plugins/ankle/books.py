@@ -18,8 +18,12 @@ _FILLED_SIGMA: Final = 0.12
 _CYCLE_OFF: Final = 0.3
 """By so many cycles may time unseen differ from whole ones."""
 _REMEMBERED: Final = 6
+_STEADY: Final = 3
+"""After so many strides a pace is known."""
 _CLEAN: Final = 2
 """A bout begins with so many strides that close by themselves,"""
+_TURN_MAX_RAD: Final = 1.2
+"""leading the same way to within this angle,"""
 _WAITING: Final = 5
 """among so many in a row."""
 
@@ -67,7 +71,7 @@ class Books:
         if self._waiting and told.start_ns - self._waiting[-1].t_ns > self._pause_ns:
             self._waiting = []
         self._waiting = [*self._waiting, told][-_WAITING:]
-        if sum(not stride.way.doubtful for stride in self._waiting) < _CLEAN:
+        if not self._is_walking():
             return []
         waiting, self._waiting = self._waiting, []
         return [event for stride in waiting for event in self._count(stride)]
@@ -76,13 +80,13 @@ class Books:
         """Take that a walk went on unseen: at the pace before, where that explains the time."""
         duration_s = (t_ns - since_ns) / NS_PER_S
         said: Event = Anomaly(t_ns=t_ns, anomaly=anomaly, detail=detail)
-        cycles = duration_s / self._cycle_s if self._usual else 0.0
+        cycles = duration_s / self._cycle_s if len(self._usual) >= _STEADY else 0.0
         count = round(cycles)
         if count == 0 or abs(cycles - count) > _CYCLE_OFF or duration_s > self._params.max_filled_s:
             self._ledger.add_unmeasured(duration_s)
             self.path.lose()
             return [said, self._ledger.distance(t_ns)]
-        length_m = float(np.mean([length for length, _ in self._usual]))
+        length_m = float(np.median([length for length, _ in self._usual]))
         bounds = np.linspace(since_ns, t_ns, count + 1).astype(np.int64).tolist()
         events: list[Event] = [said]
         for start, end in zip(bounds, bounds[1:], strict=False):
@@ -93,6 +97,14 @@ class Books:
     def finish(self) -> list[Event]:
         """Take that no more will come."""
         return self._ledger.close_bout()
+
+    def _is_walking(self) -> bool:
+        """Return whether enough strides in a row close by themselves and lead the same way."""
+        clean = [stride.way for stride in self._waiting if not stride.way.doubtful]
+        if len(clean) < _CLEAN:
+            return False
+        (x, y), (u, v) = clean[-2].step_n[:2], clean[-1].step_n[:2]
+        return abs(math.atan2(x * v - y * u, x * u + y * v)) < _TURN_MAX_RAD
 
     @property
     def _pause_ns(self) -> int:

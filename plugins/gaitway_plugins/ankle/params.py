@@ -98,6 +98,8 @@ class AnkleParams(Params):
     """Nor one whose foot is longer in the air."""
     min_swing_speed_mps: float = Field(0.3, ge=0.0)
     """A swing is faster at its fastest."""
+    min_pendulum_share: float = Field(0.45, ge=0.0, le=1.0)
+    """So much of its turning is about the axis across the way it goes; a leg's is 0.7 to 1."""
     max_lean_rad: float = Field(0.9, gt=0.0)
     """In mid-stance the leg leans less than this."""
     max_pause_s: float = Field(3.0, gt=0.0)
@@ -105,7 +107,7 @@ class AnkleParams(Params):
     max_bridge_s: float = Field(0.04, ge=0.0)
     """Longest gap that is bridged; a longer one costs the stride, whose length is then taken from
     those before."""
-    max_filled_s: float = Field(3.0, ge=0.0)
+    max_filled_s: float = Field(4.5, ge=0.0)
     """So long at most the pace of the strides before is taken to have gone on unseen."""
 
     published_energy_max: float = Field(2.0, gt=0.0)

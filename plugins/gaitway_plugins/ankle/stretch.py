@@ -14,7 +14,7 @@ from gaitway_plugins.ankle.quiet import QuietDetector
 from gaitway_plugins.ankle.tracing import Tracer
 from gaitway_plugins.ankle.track import Track
 from gaitway_plugins.ankle.watch import Watch
-from gaitway_plugins.ankle.way import Way, swing_of
+from gaitway_plugins.ankle.way import Way, pendulum_share, swing_of
 
 _SETTLED_S: Final = 2.0
 """Standing so long, small shifts of the foot are no part of a stride."""
@@ -103,11 +103,10 @@ class Stretch:
 
         What stands is standing: nothing of a walk is lost then.
         """
-        moving = self._detector.moving or self._lacking_s() > self._params.standing_after_s
         since_ns = None
         if self.lost is not None:
             since_ns = self.lost.since_ns
-        elif moving and self._from is not None and self._books.walking:
+        elif not self._resting and self._from is not None and self._books.walking:
             since_ns = self._from.t_ns
         return self._break_off(), since_ns
 
@@ -161,15 +160,14 @@ class Stretch:
         return abs(force - STANDARD_GRAVITY_MPS2) < self._params.quiet_force_off_mps2
 
     def _start(self, begin: int, end: int, *, still: bool) -> list[Event]:
+        if not still and (end - begin) * self._period_s < self._params.sure_quiet_s:
+            return []
         self._from = self.navigator.start(self._track, begin, end, still=still)
         self._covariance[:] = 0.0
         self._contact_ns, self._doubtful = None, False
         self._refused = 0
         self._trace(self._from)
-        lost, self.lost = self.lost, None
-        if lost is None or self._from.t_ns <= lost.since_ns:
-            return []
-        return self._books.unseen(lost.since_ns, self._from.t_ns, lost.anomaly, lost.detail)
+        return []
 
     def _refuse(self, begin: int, end: int, *, still: bool) -> list[Event]:
         """Take that the velocity found is none of a foot on a floor."""
@@ -188,27 +186,36 @@ class Stretch:
     def _reach(self, anchor: Anchor) -> list[Event]:
         assert self._from is not None
         before = self._from
+        events = self._settle(before.t_ns)
         self._covariance += anchor.covariance
         self._doubtful |= anchor.doubtful
         path = self.navigator.path
         gyro = self._track.gyro_d(anchor.index + 1 - len(path), anchor.index + 1)
         lift, contact, peak = swing_of(path, gyro, self._lever, self._params)
         first = anchor.index + 1 - len(path)
+        step_n = anchor.pivot_n - before.pivot_n
         way = Way(
-            before, anchor, anchor.pivot_n - before.pivot_n, self._covariance.copy(),
-            first + lift, first + contact, peak, self._doubtful,
+            before, anchor, step_n, self._covariance.copy(), first + lift, first + contact, peak,
+            pendulum_share(path, gyro, step_n), self._doubtful,
         )  # fmt: skip
         if self._is_stride(way):
-            events = self._stride(way)
+            events += self._stride(way)
         elif self._settled(anchor) or self._lacking_s() > _SETTLED_S:
-            events = self._pause(anchor)
+            events += self._pause(anchor)
         else:
             self._trace(anchor)
-            return []
+            return events
         self._trace(anchor)
         self._from = anchor
         self._covariance[:] = 0.0
         return events
+
+    def _settle(self, t_ns: int) -> list[Event]:
+        """Take that a foot stood on a floor at t_ns, after what was lost."""
+        lost, self.lost = self.lost, None
+        if lost is None or t_ns <= lost.since_ns:
+            return []
+        return self._books.unseen(lost.since_ns, t_ns, lost.anomaly, lost.detail)
 
     def _settled(self, anchor: Anchor) -> bool:
         assert self._from is not None
@@ -223,6 +230,7 @@ class Stretch:
         return (
             p.min_stride_m <= way.length_m <= p.max_stride_m
             and way.peak_mps >= p.min_swing_speed_mps
+            and way.pendulum >= p.min_pendulum_share
             and (way.contact - way.lift) * self._period_s <= p.max_stride_s
             and way.length_sigma_m < _VAGUE * way.length_m
         )

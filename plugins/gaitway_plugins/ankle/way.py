@@ -24,6 +24,7 @@ class Way:
         lift: Number of the sample at which the foot left the floor.
         contact: Number of the one at which it came down.
         peak_mps: Greatest speed of the pivot.
+        pendulum: Share of the turning that is about the axis across the way, 0 to 1.
         doubtful: It closed only with much more noise than the sensor has.
     """
 
@@ -34,6 +35,7 @@ class Way:
     lift: int
     contact: int
     peak_mps: float
+    pendulum: float
     doubtful: bool
 
     @property
@@ -84,6 +86,22 @@ def swing_of(
     lift = int(before[-1]) if len(before) else 0
     contact = peak + int(after[0]) if len(after) else len(speed) - 1
     return lift, contact, float(speed[peak])
+
+
+def pendulum_share(path: Floats, gyro_d: Floats, step_n: Floats) -> float:
+    """Return the share of the squared rate that is about the horizontal axis across a step.
+
+    A leg swings in the direction it goes, whatever the mounting; a hand does not.
+
+    Args:
+        path: As for ``swing_of``.
+        gyro_d: Angular rate, shape (n, 3).
+        step_n: The step, shape (3,).
+    """
+    length = max(float(np.hypot(*step_n[:2])), _FLAT_M)
+    across = np.array([-step_n[1], step_n[0], 0.0]) / length
+    rate_n = rotated(path[:, 6:10], gyro_d)
+    return float(((rate_n @ across) ** 2).sum() / max((rate_n**2).sum(), _FLAT_M))
 
 
 def pivot_speed_mps(path: Floats, gyro_d: Floats, lever: Lever) -> Floats:
