@@ -1,6 +1,7 @@
 """From ways to strides, poses and anomalies: which ways count, and what is said of the rest."""
 
 import math
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -89,7 +90,7 @@ class Books:
         length_m = float(np.median([length for length, _ in self._usual]))
         bounds = np.linspace(since_ns, t_ns, count + 1).astype(np.int64).tolist()
         events: list[Event] = [said]
-        for start, end in zip(bounds, bounds[1:], strict=False):
+        for start, end in pairwise(bounds):
             events += self._ledger.add_stride(start, end, length_m, _FILLED_SIGMA * length_m)
         self.path.lose()
         return events
@@ -115,7 +116,7 @@ class Books:
         return float(np.median([cycle for _, cycle in self._usual]))
 
     def _count(self, told: "Told") -> list[Event]:
-        way, p = told.way, self._params
+        way = told.way
         start_ns = max(told.start_ns, self._ledger.bout_end_ns) if self.walking else told.start_ns
         stance_s = max(0.0, (told.lift_ns - start_ns) / NS_PER_S)
         swing_s = (told.t_ns - told.lift_ns) / NS_PER_S
@@ -159,9 +160,7 @@ class Told:
         clipped_s: For how long a reading was at the end of its range.
     """
 
-    def __init__(
-        self, way: Way, start_ns: int, lift_ns: int, t_ns: int, clipped_s: float
-    ) -> None:
+    def __init__(self, way: Way, start_ns: int, lift_ns: int, t_ns: int, clipped_s: float) -> None:
         self.way = way
         self.start_ns = start_ns
         self.lift_ns = lift_ns
@@ -185,6 +184,7 @@ class PathBook:
         self._since_ns: int | None = None
         self._turn: Floats = np.eye(3)
         self._pos = np.zeros(3)
+        self._walked_m = 0.0
         self._variance = np.zeros(3)
         self._heading_sigma0 = self._aside0 = 0.0
 
@@ -200,6 +200,7 @@ class PathBook:
         step = self._turn @ way.step_n
         drift = math.sqrt(max(0.0, way.after.heading_sigma_rad**2 - self._heading_sigma0**2))
         self._pos = self._pos + step
+        self._walked_m += way.length_m
         self._variance += (way.length_sigma_m**2, way.across_sigma_m**2, way.height_sigma_m**2)
         own, away = np.sqrt(self._variance), float(np.hypot(*self._pos[:2]))
         scale_m = self._shared * away
@@ -211,7 +212,7 @@ class PathBook:
             pos_y_m=float(self._pos[1]),
             pos_y_sigma_m=math.hypot(own[1], scale_m, drift * self._pos[0], self._aside0 * away),
             height_m=float(self._pos[2]),
-            height_sigma_m=float(own[2]),
+            height_sigma_m=math.hypot(own[2], 0.5 * self._shared * self._walked_m),
             heading_rad=math.atan2(step[1], step[0]),
             heading_sigma_rad=math.hypot(drift, aside, self._aside0),
         )

@@ -81,6 +81,4 @@ class AnkleEstimator(Saveable):
         return events
 
     def _new_stretch(self, period_s: float) -> Stretch:
-        stretch = Stretch(self._params, period_s, self._lever, self._books)
-        stretch.tracer = self._tracer
-        return stretch
+        return Stretch(self._params, period_s, self._lever, self._books, self._tracer)

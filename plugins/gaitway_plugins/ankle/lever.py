@@ -1,5 +1,6 @@
 """The lever arm: from the point that stands still in stance to the IMU."""
 
+import math
 from dataclasses import dataclass
 from typing import Self
 
@@ -41,4 +42,4 @@ class Lever:
 
     def velocity_sigma_mps(self, gyro_d: Vector) -> float:
         """Return how wrong the lever arm makes ``w x r``, per axis."""
-        return float(np.linalg.norm(np.multiply(gyro_d, max(self.sigma_m)))) / np.sqrt(2.0)
+        return max(self.sigma_m) * math.hypot(*gyro_d) / math.sqrt(2.0)

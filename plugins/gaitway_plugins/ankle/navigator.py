@@ -222,7 +222,9 @@ class Navigator:
         mean = gyro.mean(axis=0)
         turning_radps = float(np.linalg.norm(mean - kf.gyro_bias_d))
         sway_radps = 0.5 * float(gyro.std(axis=0).max())
-        bias = zero_rate(kf, mean.tolist(), math.hypot(_STILL_RADPS, sway_radps, 0.3 * turning_radps))
+        bias = zero_rate(
+            kf, mean.tolist(), math.hypot(_STILL_RADPS, sway_radps, 0.3 * turning_radps)
+        )
         if kf.innovation(bias).nis < self._params.gate_nis:
             kf.correct(bias)
         turned_rad = 0.5 * len(gyro) * self._period_s * turning_radps

@@ -22,7 +22,7 @@ class AnkleParams(Params):
     """Height of the IMU above that point where lever_arm_m is null. More than its height above the
     floor, as the foot rolls on under it. Calibrated on the real walks of two people (NO2 and NO3 of
     the README)."""
-    assumed_lever_sigma_m: float = Field(0.07, ge=0.0, le=1.0)
+    assumed_lever_sigma_m: float = Field(0.09, ge=0.0, le=1.0)
     """Standard deviation of assumed_lever_m; of each axis across it, half as much."""
 
     energy_window_s: float = Field(0.1, gt=0.0, le=0.3)
@@ -46,9 +46,9 @@ class AnkleParams(Params):
     chunk_s: float = Field(0.5, gt=0.0)
     """And from there on every so often."""
 
-    stance_velocity_sigma_mps: float = Field(0.05, gt=0.0)
+    stance_velocity_sigma_mps: float = Field(0.03, gt=0.0)
     """How fast the pivot may be moving along the floor in a stance, standard deviation."""
-    stance_vertical_sigma_mps: float = Field(0.03, gt=0.0)
+    stance_vertical_sigma_mps: float = Field(0.02, gt=0.0)
     """The same up or down."""
     standing_velocity_sigma_mps: float = Field(0.01, gt=0.0)
     """The same while standing."""
@@ -78,7 +78,7 @@ class AnkleParams(Params):
     gyro_bias_walk_radps_rts: float = Field(5e-5, ge=0.0)
     """How it walks as a sensor warms up."""
 
-    shared_sigma: float = Field(0.008, ge=0.0)
+    shared_sigma: float = Field(0.004, ge=0.0)
     """Relative standard deviation common to all strides besides the lever arm's share: scale of
     the sensor, its alignment."""
     lever_share_per_m: float = Field(0.75, ge=0.0)
@@ -112,6 +112,9 @@ class AnkleParams(Params):
 
     published_energy_max: float = Field(2.0, gt=0.0)
     """Published methods: rad^2/s^2 (paper, II-D-1)."""
+    published_coarse_min_s: float = Field(0.13, gt=0.0)
+    """Published methods: a coarse window below is no stance; the paper does not say how it passes
+    over the turning points of a swing."""
     published_fine_s: float = Field(0.05, gt=0.0)
     """Published methods: finer window in it (paper, II-D-1)."""
     published_shared_sigma: float = Field(0.06, ge=0.0)

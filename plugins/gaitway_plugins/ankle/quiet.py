@@ -61,6 +61,7 @@ class QuietDetector:
         self._extreme = math.inf
         self._valley: list[float] = []
         self._first = 0
+        self._still_since = 0
 
     @property
     def index(self) -> int:
@@ -71,8 +72,6 @@ class QuietDetector:
     def quiet_since(self) -> int:
         """Return since which sample it has been as quiet as standing; one ahead when it is not."""
         return self._still_since
-
-    _still_since = 0
 
     def push(self, accel: Iterable[float], gyro: Iterable[float]) -> Quiet | None:
         """Take the next sample; return the valley that is over with it, if one is."""

@@ -13,7 +13,7 @@ from typing import Final, Self, TypeVar
 
 import numpy as np
 
-from gaitway.api import SimulatedWalk, WalkPlan
+from gaitway.api import Floats, SimulatedWalk, WalkPlan
 from gaitway.simulation import (
     Footfall,
     ImuModel,
@@ -46,7 +46,9 @@ _MORE_THAN_HALF: Final = 0.75
 _CLIMBS: Final = {"level": 0.0, "stairs-up": 1.0, "stairs-down": -1.0}
 _DEG: Final = pi / 180.0
 _CHEAP: Final = ImuModel(
-    gyro=Triad(0.03 * _DEG, 1.0 * _DEG, 1e-4 * _DEG, 5e-3, 1.0 * _DEG, 2000 * _DEG, 2000 * _DEG / 2**15),
+    gyro=Triad(
+        0.03 * _DEG, 1.0 * _DEG, 1e-4 * _DEG, 5e-3, 1.0 * _DEG, 2000 * _DEG, 2000 * _DEG / 2**15
+    ),
     accel=Triad(300e-6 * 9.81, 0.08, 1e-4, 5e-3, 1.0 * _DEG, 16 * 9.81, 16 * 9.81 / 2**15),
 )
 SENSORS: Final[Mapping[str, ImuModel]] = {"mti": ImuModel(), "cheap": _CHEAP}
@@ -146,7 +148,7 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
 def _with_heights(walk: SimulatedWalk, footfalls: Sequence[Footfall]) -> SimulatedWalk:
     heights_m = np.diff([step.z_m for step in footfalls])
     words = {0.0: "level", 1.0: "stairs-up", -1.0: "stairs-down"}
-    truth = {
+    truth: dict[str, Floats | tuple[str, ...]] = {
         "stride_height_m": heights_m,
         "terrain": tuple(words[float(np.sign(height_m))] for height_m in heights_m),
         "contact_s": np.array([step.contact_s for step in footfalls[1:]]),

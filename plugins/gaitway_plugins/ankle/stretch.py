@@ -4,7 +4,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitway.api import NS_PER_S, Anomaly, Event
+from gaitway.api import Event
 from gaitway.estimation import STANDARD_GRAVITY_MPS2, ImuSample
 from gaitway_plugins.ankle.books import Books, Told
 from gaitway_plugins.ankle.lever import Lever
@@ -45,21 +45,27 @@ class Stretch:
         period_s: Of the samples.
         lever: From pivot to IMU.
         books: Outlive the stretch.
+        tracer: Where per-sample estimates go, if anywhere.
 
     Attributes:
         navigator: The filter.
         lost: Walking under way that is not measured.
         strides: How many there were.
-        tracer: Where per-sample estimates go, if anywhere.
+        tracer: As given.
     """
 
     def __init__(
-        self, params: AnkleParams, period_s: float, lever: Lever, books: Books
+        self,
+        params: AnkleParams,
+        period_s: float,
+        lever: Lever,
+        books: Books,
+        tracer: Tracer | None = None,
     ) -> None:
         self.navigator: Final = Navigator(params, period_s, lever)
         self.lost: Loss | None = None
         self.strides = 0
-        self.tracer: Tracer | None = None
+        self.tracer = tracer
         self._params = params
         self._period_s = period_s
         self._lever = lever

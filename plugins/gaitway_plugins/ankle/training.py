@@ -103,9 +103,9 @@ def fit_lever(
     lever_d, covariance, rms = _solve(params, walks, options if usable else None, scale)
     if rms > _RMS_MAX:
         raise CalibrationError(
-            f"no lever arm explains the walk: what is left is {rms:.1f} times what it may be. Strap "
-            "the sensor on more tightly, walk straight and steadily on a level floor, stand still "
-            "for two seconds before and after, and check the mounting"
+            f"no lever arm explains the walk: what is left is {rms:.1f} times what it may be. "
+            "Strap the sensor on more tightly, walk straight and steadily on a level floor, stand "
+            "still for two seconds before and after, and check the mounting"
         )
     if np.linalg.norm(lever_d) > _LEVER_MAX_M:
         raise CalibrationError(
@@ -163,9 +163,7 @@ def _read(params: AnkleParams, part: CalibrationPart) -> Walk:
 
 def _mounted(batch: SampleBatch, C_db: Floats) -> SampleBatch:
     turned = {name: batch.channels[name] @ C_db.T for name in (ACCEL.name, GYRO.name)}
-    return SampleBatch(
-        batch.t_ns, batch.period_s, batch.sequence, {**batch.channels, **turned}
-    )
+    return SampleBatch(batch.t_ns, batch.period_s, batch.sequence, {**batch.channels, **turned})
 
 
 def _check(walk: Walk) -> None:
@@ -204,10 +202,8 @@ def _compare(
     sigma_m = float(np.hypot(own_m, options.distance_sigma_m))
     if abs(worst_m) <= _MISMATCH_SIGMAS * sigma_m:
         return True, []
-    return False, [
-        f"the walk looks {options.distance_m + worst_m:.2f} m long, not "
-        f"{options.distance_m:.2f} m; the distance was not used"
-    ]
+    looks = f"the walk looks {options.distance_m + worst_m:.2f} m long"
+    return False, [f"{looks}, not {options.distance_m:.2f} m; the distance was not used"]
 
 
 def _solve(
@@ -235,7 +231,7 @@ def _solve(
         if np.abs(change).max() < 0.1 * _STEP_M:
             break
     rms = float(np.sqrt((residual[:own] ** 2).sum() / max(1, own - 3)))
-    return lever_d, covariance * max(1.0, rms / scale) ** 2, rms
+    return lever_d, np.asarray(covariance * max(1.0, rms / scale) ** 2), rms
 
 
 def _residuals(
@@ -254,9 +250,7 @@ def _residuals(
     return np.concatenate([*innovations, *known]), own
 
 
-def _way_of(
-    params: AnkleParams, walk: Walk, lever_d: Floats
-) -> tuple[float, float, Floats]:
+def _way_of(params: AnkleParams, walk: Walk, lever_d: Floats) -> tuple[float, float, Floats]:
     """Return length, height and innovations of a walk with a lever arm."""
     x, y, z = lever_d.tolist()
     lever = Lever((x, y, z), (0.0, 0.0, 0.0))

@@ -52,6 +52,4 @@ class Watch:
         if self._askew != _AGREEING:
             return []
         detail = f"strides lead {math.degrees(off):.0f} degrees off the configured forward axis"
-        return [
-            Anomaly(t_ns=way.after.t_ns, anomaly="not-mounted-as-configured", detail=detail)
-        ]
+        return [Anomaly(t_ns=way.after.t_ns, anomaly="not-mounted-as-configured", detail=detail)]

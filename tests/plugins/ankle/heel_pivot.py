@@ -36,10 +36,10 @@ class HeelWalk:
 def quintic(t, duration, start, stop, rate_start, rate_stop):
     """Return a curve from start to stop with given rates and no acceleration at the ends."""
     d = duration
-    A = np.array([[d**3, d**4, d**5], [3 * d**2, 4 * d**3, 5 * d**4], [6 * d, 12 * d**2, 20 * d**3]])
-    a, b, c = np.linalg.solve(
-        A, [stop - start - rate_start * d, rate_stop - rate_start, 0.0]
+    A = np.array(
+        [[d**3, d**4, d**5], [3 * d**2, 4 * d**3, 5 * d**4], [6 * d, 12 * d**2, 20 * d**3]]
     )
+    a, b, c = np.linalg.solve(A, [stop - start - rate_start * d, rate_stop - rate_start, 0.0])
     return start + rate_start * t + a * t**3 + b * t**4 + c * t**5
 
 
@@ -112,7 +112,7 @@ def heel_walk(
     C[:, 1] = np.stack([sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], axis=1)
     C[:, 2] = np.stack([-sp, cp * sr, cp * cr], axis=1)
     imu = pivot + C @ np.array(lever_d)
-    force_n = np.gradient(np.gradient(imu, dt, axis=0), dt, axis=0) + [0.0, 0.0, G]
+    force_n = np.gradient(np.gradient(imu, dt, axis=0), dt, axis=0) + np.array([0.0, 0.0, G])
     accel = np.einsum("nij,ni->nj", C, force_n)
     turn = np.einsum("nji,njk->nik", C, np.gradient(C, dt, axis=0))
     gyro = np.stack([turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]], axis=1)
@@ -121,9 +121,9 @@ def heel_walk(
     width = max(1, round(0.01 / dt))
     box = np.ones(width) / width
     accel, gyro = (
-        np.apply_along_axis(lambda a: np.convolve(np.pad(a, width, mode="edge"), box, "same"), 0, x)[
-            width:-width
-        ][keep]
+        np.apply_along_axis(
+            lambda a: np.convolve(np.pad(a, width, mode="edge"), box, "same"), 0, x
+        )[width:-width][keep]
         for x in (accel, gyro)
     )
     root = np.sqrt(rate_hz)
