@@ -1,6 +1,7 @@
 """From ways to strides, poses and anomalies: which ways count, and what is said of the rest."""
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -19,14 +20,22 @@ _FILLED_SIGMA: Final = 0.12
 _CYCLE_OFF: Final = 0.3
 """By so many cycles may time unseen differ from whole ones."""
 _REMEMBERED: Final = 6
+_UNTRUSTED: Final = 2
+"""So many strides in a row that do not close make the distance untrustworthy."""
 _STEADY: Final = 3
 """After so many strides a pace is known."""
 _CLEAN: Final = 2
 """A bout begins with so many strides that close by themselves,"""
 _TURN_MAX_RAD: Final = 1.2
 """leading the same way to within this angle,"""
+_LEGLIKE: Final = 0.8
+"""or with strides whose turning is so much about one axis,"""
+_LEGLIKE_ENOUGH: Final = 4
+"""so many of them, for a sensor that can't follow,"""
 _WAITING: Final = 5
 """among so many in a row."""
+_DOUBT_SIGMA: Final = 0.2
+"""Relative standard deviation of strides that do not close, common to all in a row."""
 
 
 class Books:
@@ -49,6 +58,7 @@ class Books:
             shared_sigma=math.hypot(params.shared_sigma, lever_share),
             stride_time_sigma_s=params.stride_time_sigma_s,
         )
+        self._doubted = 0
         self._waiting: list[Told] = []
         self._usual: list[tuple[float, float]] = []
 
@@ -101,11 +111,16 @@ class Books:
 
     def _is_walking(self) -> bool:
         """Return whether enough strides in a row close by themselves and lead the same way."""
-        clean = [stride.way for stride in self._waiting if not stride.way.doubtful]
-        if len(clean) < _CLEAN:
-            return False
-        (x, y), (u, v) = clean[-2].step_n[:2], clean[-1].step_n[:2]
-        return abs(math.atan2(x * v - y * u, x * u + y * v)) < _TURN_MAX_RAD
+        ways = [stride.way for stride in self._waiting]
+        clean = [way for way in ways if not way.doubtful]
+        if len(clean) >= _CLEAN:
+            return _same_way(clean[-_CLEAN:])
+        leglike = [way for way in ways if way.pendulum > _LEGLIKE]
+        return len(leglike) >= _LEGLIKE_ENOUGH and _same_way(leglike)
+
+    @property
+    def _phase_sigma_s(self) -> float:
+        return math.hypot(self._params.stride_time_sigma_s, self._params.lift_time_sigma_s)
 
     @property
     def _pause_ns(self) -> int:
@@ -122,13 +137,21 @@ class Books:
         swing_s = (told.t_ns - told.lift_ns) / NS_PER_S
         cycle_s = (way.after.t_ns - way.before.t_ns) / NS_PER_S
         clipped_m = _LOST_BY_CLIPPING_MPS2 * told.clipped_s * cycle_s / 4.0
+        self._doubted = self._doubted + 1 if way.doubtful else 0
+        # So that the variance of a run of doubtful strides grows as the square of their number.
+        doubt_m = _DOUBT_SIGMA * way.length_m * math.sqrt(max(0, 2 * self._doubted - 1))
         events = self._ledger.add_stride(
-            start_ns, told.t_ns, way.length_m, math.hypot(way.length_sigma_m, clipped_m),
+            start_ns, told.t_ns, way.length_m, math.hypot(way.length_sigma_m, clipped_m, doubt_m),
             stance_duration_s=stance_s, swing_duration_s=swing_s,
         )  # fmt: skip
         self._usual = [*self._usual, (way.length_m, cycle_s)][-_REMEMBERED:]
         events = [self._filled_in(event, told) for event in events]
         events.append(self.path.pose(told.t_ns, start_ns, way))
+        if self._doubted == _UNTRUSTED:
+            detail = (
+                "strides do not close: a range is exceeded, samples are lost or the strap slips"
+            )
+            events.append(Anomaly(t_ns=told.t_ns, anomaly="distance-untrusted", detail=detail))
         if told.clipped_s:
             detail = f"readings at the end of their range for {told.clipped_s:.2f} s of this stride"
             events.append(Anomaly(t_ns=told.t_ns, anomaly="sensor-clipped", detail=detail))
@@ -142,11 +165,22 @@ class Books:
         return event.model_copy(
             update={
                 "lift_t_ns": told.lift_ns,
+                "stance_duration_sigma_s": self._phase_sigma_s,
+                "swing_duration_sigma_s": self._phase_sigma_s,
                 "height_change_m": up_m,
                 "height_change_sigma_m": told.way.height_sigma_m,
                 "terrain": ("stairs-up" if up_m > 0 else "stairs-down") if on_stairs else "level",
             }
         )
+
+
+def _same_way(ways: Sequence[Way]) -> bool:
+    """Return whether each way leads on where the one before led."""
+    for before, after in pairwise(ways):
+        (x, y), (u, v) = before.step_n[:2], after.step_n[:2]
+        if abs(math.atan2(x * v - y * u, x * u + y * v)) > _TURN_MAX_RAD:
+            return False
+    return True
 
 
 class Told:

@@ -86,8 +86,13 @@ class AnkleParams(Params):
     length of a stride."""
     stride_time_sigma_s: float = Field(0.03, gt=0.0)
     """Standard deviation of one contact time."""
-    swing_speed_share: float = Field(0.25, gt=0.0, lt=1.0)
-    """The foot is in the air while the pivot moves faster than this share of its greatest speed."""
+    lift_speed_share: float = Field(0.4, gt=0.0, lt=1.0)
+    """The foot leaves the floor where the pivot is this fast relative to its fastest: between the
+    heel's rise and the toes'."""
+    lift_time_sigma_s: float = Field(0.07, gt=0.0)
+    """Standard deviation of that moment."""
+    contact_speed_share: float = Field(0.25, gt=0.0, lt=1.0)
+    """And comes down where it is so fast."""
     stairs_height_m: float = Field(0.08, gt=0.0)
     """A stride that climbs or descends more was on stairs: half a step's rise."""
     min_stride_m: float = Field(0.12, ge=0.0)

@@ -81,8 +81,8 @@ def swing_of(
     """
     speed = pivot_speed_mps(path, gyro_d, lever)
     peak = int(np.argmax(speed))
-    slow = speed < params.swing_speed_share * speed[peak]
-    before, after = np.flatnonzero(slow[:peak]), np.flatnonzero(slow[peak:])
+    before = np.flatnonzero(speed[:peak] < params.lift_speed_share * speed[peak])
+    after = np.flatnonzero(speed[peak:] < params.contact_speed_share * speed[peak])
     lift = int(before[-1]) if len(before) else 0
     contact = peak + int(after[0]) if len(after) else len(speed) - 1
     return lift, contact, float(speed[peak])
