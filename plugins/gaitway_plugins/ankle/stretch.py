@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitway.api import Event
-from gaitway.estimation import STANDARD_GRAVITY_MPS2, ImuSample
+from gaitway.estimation import STANDARD_GRAVITY_MPS2, ClipDetector, ImuSample
 from gaitway_plugins.ankle.books import Books, Told
 from gaitway_plugins.ankle.lever import Lever
 from gaitway_plugins.ankle.navigator import Anchor, Navigator
@@ -71,6 +71,7 @@ class Stretch:
         self._lever = lever
         self._books = books
         self._track = Track(period_s)
+        self._clip = ClipDetector()
         self._detector = QuietDetector(params, period_s)
         self._watch = Watch(params, period_s)
         self._chunk: Final = max(2, round(params.chunk_s / period_s))
@@ -85,7 +86,7 @@ class Stretch:
     def push(self, sample: ImuSample) -> list[Event]:
         """Take the next sample; return what it makes known."""
         self._books.begin(sample.t_ns)
-        self._track.push(sample)
+        self._track.push(sample._replace(clipped=self._clip.push(sample)))
         events: list[Event] = self._watch.push(sample)
         quiet = self._detector.push(sample.accel_d, sample.gyro_d)
         if quiet is not None:

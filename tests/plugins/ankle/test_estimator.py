@@ -183,13 +183,14 @@ def test_starting_in_mid_walk_measures_what_is_left(tools):
     assert told.distance_m == pytest.approx(left_m, abs=1.8)
 
 
-def test_says_when_the_sensor_clipped(tools):
+@pytest.mark.parametrize("flagged", [True, False])
+def test_says_when_the_sensor_clipped(tools, flagged):
     walk = tools.heel(distance_m=12.0, seed=1)
     batch = tools.heel_batch(walk)
     accel = np.clip(batch.channels["accel"], -16.0, 16.0)
     flags = (np.abs(accel) >= 16.0).any(axis=1)[:, None].astype(float)
     assert flags.any()
-    channels = {**batch.channels, "accel": accel, "clip": flags}
+    channels = {**batch.channels, "accel": accel} | ({"clip": flags} if flagged else {})
     clipped = SampleBatch(batch.t_ns, batch.period_s, 0, channels)
     events = tools.said(tools.estimator(lever_arm_m=tools.LEVER_B), clipped)
     assert "sensor-clipped" in tools.anomalies(events)
