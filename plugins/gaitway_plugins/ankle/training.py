@@ -25,7 +25,7 @@ from gaitway.api import (
     Gap,
     SampleBatch,
 )
-from gaitway.estimation import Break, GapBridge
+from gaitway.estimation import Break, ClipDetector, GapBridge
 from gaitway_plugins.ankle.books import Books
 from gaitway_plugins.ankle.lever import Lever
 from gaitway_plugins.ankle.navigator import Navigator
@@ -137,7 +137,7 @@ def _result(
 
 def _read(params: AnkleParams, part: CalibrationPart) -> Walk:
     """Return the samples of a walk and its quiet parts."""
-    bridge = GapBridge(params.max_bridge_s)
+    bridge, clip = GapBridge(params.max_bridge_s), ClipDetector()
     walk: Walk | None = None
     listener: _Listener | None = None
     for item in part.items:
@@ -152,7 +152,7 @@ def _read(params: AnkleParams, part: CalibrationPart) -> Walk:
                 )
             assert walk is not None
             assert listener is not None
-            walk.track.push(sample)
+            walk.track.push(sample._replace(clipped=clip.push(sample)))
             listener.push(sample)
     if walk is None or listener is None:
         raise CalibrationError("there are no samples")
