@@ -125,8 +125,7 @@ def _result(
         findings=[
             f"{len(knots_x) - 1} straight pieces through {len(volts)} loads, R^2 = {r2:.4f}",
             f"RMS {rms:.2f} N (degrees of freedom taken off)",
-            f"Bland-Altman: mean {bias:+.2f} N, limits {bias - spread:+.1f} and "
-            f"{bias + spread:+.1f} N",
+            f"Bland-Altman: {bias:+.2f} N, limits {bias - spread:+.1f}, {bias + spread:+.1f} N",
         ],
         warnings=warnings,
         picture=partial(_draw, volts, newtons, error, knots_x, knots_y),

@@ -6,6 +6,7 @@ swung back. The path that is told is that of the tip.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from math import pi, radians
 from typing import Final
 
@@ -82,7 +83,7 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     motion = crutch_motion(planted, stream(plan.seed, "crutch-tip-swings", plan.repetition))
     strides = [
         TrueStride(a.lift_s, b.lift_s, float(np.hypot(b.x_m - a.x_m, b.y_m - a.y_m)))
-        for a, b in zip(planted, planted[1:], strict=False)
+        for a, b in pairwise(planted)
     ]
     place = mounted(MOUNTING, TIP_TO_IMU_D, rng.normal(0.0, radians(0.3), 3).tolist())
     model = _CHEAP if conditions["sensor"] == "cheap" else None
