@@ -10,7 +10,7 @@ SWING_S: Final = 0.15
 """The top goes backward at such a rate, by so much, for so long: a swing."""
 DRAG_NEWTON: Final = 8.0
 """A tip in the air reads less, offset and noise of the sensor included."""
-SHARE: Final = 0.8
+SHARE: Final = 0.6
 SWINGS: Final = 2
 """Dragged in this many swings in a row, each for this share of it."""
 

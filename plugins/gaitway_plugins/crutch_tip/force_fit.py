@@ -70,7 +70,8 @@ def continuous_line(x: Floats, y: Floats, pieces: int) -> tuple[Floats, Floats]:
     which are searched on a grid of quantiles. Another piece is taken only where it lessens
     Schwarz's criterion, so that few loads don't make many pieces.
     """
-    best, lowest = np.empty(0), np.inf
+    best: Floats = np.empty(0)
+    lowest = np.inf
     grid = np.unique(np.quantile(x, np.linspace(0.1, 0.9, CANDIDATES)))
     for count in range(min(pieces, len(x) // LOADS_A_PIECE)):
         for inner in combinations(grid.tolist(), count):

@@ -64,7 +64,7 @@ class CrutchTipParams(Params):
 
     inclination_sigma_rad: float = Field(0.008, gt=0.0)
     """Standard deviation of a stance's mean inclination, from mounting and acceleration."""
-    inclination_shared_sigma_rad: float = Field(0.0095, ge=0.0)
+    inclination_shared_sigma_rad: float = Field(0.0045, ge=0.0)
     """Standard deviation of what all inclinations share and no filter sees: offset and lag of the
     inclinometer (paper, 2.2: 0.8 degrees of nonlinearity at most), mounting by eye."""
     inclination_lag_s: float = Field(0.01, ge=0.0)

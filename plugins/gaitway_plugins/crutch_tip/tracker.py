@@ -65,6 +65,15 @@ class TiltTracker:
         period_s: Of the samples.
     """
 
+    _first: int
+    _told: int
+    _corrected: int
+    _used: int
+    _stance_from: int | None
+    _q_nd: Floats
+    _sigma_rad: Floats
+    _values: Floats
+
     def __init__(self, params: CrutchTipParams, period_s: float) -> None:
         self._params = params
         self._period_s = period_s
@@ -135,10 +144,9 @@ class TiltTracker:
     def _clear(self) -> None:
         self._first = self._told = self._corrected = self._used = 0
         self._rested = 0
-        self._stance_from: int | None = None
-        self._q_nd: Floats = np.empty((0, 4))
-        self._sigma_rad: Floats = np.empty(0)
-        self._values: Floats = np.empty((0, 0))
+        self._stance_from = None
+        self._q_nd = np.empty((0, 4))
+        self._sigma_rad = np.empty(0)
         self._values = np.empty((0, 8))
 
     def _forget(self, rows: int) -> None:
@@ -228,6 +236,13 @@ class PublishedTracker:
     SIGMA_RAD: Final = float(np.radians(1.40))
     """The paper's Table 2, cycles without turning."""
 
+    _first: int
+    _told: int
+    _contact: int
+    _pitch: Floats
+    _rate: Floats
+    _inclination: Floats
+
     def __init__(self, params: CrutchTipParams, period_s: float) -> None:
         self._period_s = period_s
         self._keep = round(params.window_s / period_s)
@@ -290,9 +305,9 @@ class PublishedTracker:
         """Take that samples are missing; indexes begin at 0 again."""
         del duration_s
         self._first = self._told = self._contact = 0
-        self._pitch: Floats = np.empty(0)
-        self._rate: Floats = np.empty(0)
-        self._inclination: Floats = np.empty(0)
+        self._pitch = np.empty(0)
+        self._rate = np.empty(0)
+        self._inclination = np.empty(0)
 
 
 def make_tracker(params: CrutchTipParams, period_s: float) -> Tracker:
