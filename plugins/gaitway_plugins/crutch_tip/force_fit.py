@@ -93,8 +93,8 @@ def _basis(x: Floats, knots: Floats) -> Floats:
 
 
 def _solved(x: Floats, y: Floats, knots: Floats) -> Floats:
-    found: Floats = np.linalg.lstsq(_basis(x, knots), y, rcond=None)[0]
-    return found
+    solution = np.linalg.lstsq(_basis(x, knots), y, rcond=None)[0]
+    return np.asarray(solution, dtype=np.float64)
 
 
 def _check(volts: Floats, newtons: Floats) -> None:
