@@ -11,7 +11,7 @@ from gaitway.timebase import NS_PER_S
 
 SECONDS_PER_MINUTE: Final = 60.0
 UNTRUSTED_M: Final = 2.0
-UNTRUSTED_SHARE: Final = 0.2
+UNTRUSTED_SHARE: Final = 0.5
 """A distance with a larger standard deviation, in metres and as a share, is of no use."""
 
 
