@@ -33,6 +33,8 @@ class AnkleParams(Params):
     """Energy falls by more than this factor from swing to stance,"""
     valley_end_ratio: float = Field(8.0, gt=1.0)
     """and rises by more than this one to the next swing: more than a jolt in stance."""
+    valley_split_ratio: float = Field(3.0, gt=1.0)
+    """A rise by more than this one and a fall by valley_ratio is a swing too: the last half one."""
     standing_rate_radps: float = Field(0.35, gt=0.0)
     """Below, valleys have no floor: swaying, or a foot that is flat."""
     quiet_rate_max_radps: float = Field(2.5, gt=0.0)
