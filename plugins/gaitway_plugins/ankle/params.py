@@ -60,6 +60,8 @@ class AnkleParams(Params):
     doubt_mps: float = Field(1.5, gt=0.0)
     """Unless it is off by less than this in a long enough quiet part: then samples were lost on the
     way, or a range exceeded. The stride counts within a walk, with a large standard deviation."""
+    doubt_share: float = Field(0.5, gt=0.0)
+    """Nor by more than this share of the greatest speed before: a turning point of a swing is."""
     sure_quiet_s: float = Field(0.12, gt=0.0)
     """What a long enough quiet part is."""
     min_quiet_s: float = Field(0.05, ge=0.0)
@@ -106,7 +108,8 @@ class AnkleParams(Params):
     min_swing_speed_mps: float = Field(0.3, ge=0.0)
     """A swing is faster at its fastest."""
     min_pendulum_share: float = Field(0.45, ge=0.0, le=1.0)
-    """So much of its turning is about the axis across the way it goes; a leg's is 0.7 to 1."""
+    """Before a bout has begun so much of its turning is about the axis across the way it goes; a
+    leg's is 0.7 to 1, and less where it turns."""
     max_lean_rad: float = Field(0.9, gt=0.0)
     """In mid-stance the leg leans less than this."""
     max_pause_s: float = Field(3.0, gt=0.0)

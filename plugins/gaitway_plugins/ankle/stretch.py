@@ -246,7 +246,7 @@ class Stretch:
         return (
             p.min_stride_m <= way.length_m <= p.max_stride_m
             and way.peak_mps >= p.min_swing_speed_mps
-            and way.pendulum >= p.min_pendulum_share
+            and (self._books.walking or way.pendulum >= p.min_pendulum_share)
             and (way.contact - way.lift) * self._period_s <= p.max_stride_s
             and way.length_sigma_m < _VAGUE * way.length_m
         )
