@@ -76,6 +76,7 @@ class WalkLedger:
         *,
         stance_duration_s: float | None = None,
         swing_duration_s: float | None = None,
+        interpolated: bool = False,
     ) -> list[Event]:
         """Count a stride; return what it makes known, in the order of time.
 
@@ -86,6 +87,7 @@ class WalkLedger:
             stride_length_sigma_m: Standard deviation of its length, without what all strides share.
             stance_duration_s: Time on the ground within the cycle.
             swing_duration_s: Time in the air within the cycle.
+            interpolated: It was not measured.
         """
         self.begin(start_t_ns)
         events = self.advance(start_t_ns)
@@ -121,6 +123,10 @@ class WalkLedger:
                 stance_duration_sigma_s=None if stance_duration_s is None else duration_sigma_s,
                 swing_duration_s=swing_duration_s,
                 swing_duration_sigma_s=None if swing_duration_s is None else duration_sigma_s,
+                lift_t_ns=None
+                if stance_duration_s is None
+                else start_t_ns + round(stance_duration_s * NS_PER_S),
+                interpolated=interpolated,
             )
         )
         events.append(self.distance(t_ns))
