@@ -45,12 +45,14 @@ class Landing:
         way: From the stance before; None where it could not be measured.
         seen: The contact itself was seen.
         as_before: After missing samples: it stands as it stood before them.
+        tilt_rad: Of the shaft, where the way is known.
     """
 
     index: int
     way: Displacement | None = None
     seen: bool = True
     as_before: bool = False
+    tilt_rad: float = 0.0
 
 
 Record = Lift | Clip | Landing
@@ -163,7 +165,8 @@ class Placements:
         if self._landing_open:
             self._landing_open = False
             self._since_landing.clear()
-            self._tell(index, Landing(self._floor_index(), self._navigator.displacement()))
+            way, tilt_rad = self._navigator.displacement(), self._navigator.tilt_rad()
+            self._tell(index, Landing(self._floor_index(), way, tilt_rad=tilt_rad))
 
     def _tell(self, index: int, record: Record) -> None:
         self.records.append(Told(index, record))
