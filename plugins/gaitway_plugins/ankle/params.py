@@ -107,7 +107,7 @@ class AnkleParams(Params):
     """Nor one whose foot is longer in the air."""
     min_swing_speed_mps: float = Field(0.3, ge=0.0)
     """A swing is faster at its fastest."""
-    min_pendulum_share: float = Field(0.45, ge=0.0, le=1.0)
+    min_pendulum_share: float = Field(0.6, ge=0.0, le=1.0)
     """Before a bout has begun so much of its turning is about the axis across the way it goes; a
     leg's is 0.7 to 1, and less where it turns."""
     max_lean_rad: float = Field(0.9, gt=0.0)
