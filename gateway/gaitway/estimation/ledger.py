@@ -22,7 +22,8 @@ class WalkLedger:
 
     Args:
         max_pause_s: A longer pause between strides ends the bout.
-        shared_sigma: Relative standard deviation common to all strides.
+        shared_sigma: Relative standard deviation common to all strides, unless a stride has its
+            own.
         stride_time_sigma_s: Standard deviation of one contact time.
         unseen_speed_mps: Plausible speed during time that gave no measure.
     """
@@ -41,16 +42,19 @@ class WalkLedger:
         self._unseen_speed_mps = unseen_speed_mps
         self._since_t_ns: int | None = None
         self._distance_m = 0.0
+        self._shared_m = 0.0
         self._own_variance_m2 = 0.0
         self._unseen_variance_m2 = 0.0
         self._strides = 0
         self._walking_ns = 0
         self._unmeasured_s = 0.0
+        self._stretch_s = 0.0
         self._bout_start_ns: int | None = None
         self._bout_end_ns = 0
         self._bout_strides = 0
         self._bout_distance_m = 0.0
         self._bout_variance_m2 = 0.0
+        self._bout_shared_m = 0.0
 
     @property
     def in_bout(self) -> bool:
@@ -76,6 +80,7 @@ class WalkLedger:
         *,
         stance_duration_s: float | None = None,
         swing_duration_s: float | None = None,
+        shared_sigma: float | None = None,
     ) -> list[Event]:
         """Count a stride; return what it makes known, in the order of time.
 
@@ -86,12 +91,16 @@ class WalkLedger:
             stride_length_sigma_m: Standard deviation of its length, without what all strides share.
             stance_duration_s: Time on the ground within the cycle.
             swing_duration_s: Time in the air within the cycle.
+            shared_sigma: Relative standard deviation that this length shares with all others.
         """
         self.begin(start_t_ns)
         events = self.advance(start_t_ns)
         if self._bout_start_ns is None:
             self._open_bout(start_t_ns)
             events.append(Bout(t_ns=start_t_ns, phase="start", start_t_ns=start_t_ns))
+        shared_m = stride_length_m * (self._shared_sigma if shared_sigma is None else shared_sigma)
+        self._shared_m += shared_m
+        self._bout_shared_m += shared_m
         variance_m2 = stride_length_sigma_m**2
         self._distance_m += stride_length_m
         self._own_variance_m2 += variance_m2
@@ -104,7 +113,7 @@ class WalkLedger:
         duration_s = (t_ns - start_t_ns) / NS_PER_S
         duration_sigma_s = math.sqrt(2.0) * self._stride_time_sigma_s
         speed_mps = stride_length_m / duration_s
-        length_sigma_m = math.hypot(stride_length_sigma_m, self._shared_sigma * stride_length_m)
+        length_sigma_m = math.hypot(stride_length_sigma_m, shared_m)
         events.append(
             Stride(
                 t_ns=t_ns,
@@ -126,10 +135,18 @@ class WalkLedger:
         events.append(self.distance(t_ns))
         return events
 
-    def add_unmeasured(self, duration_s: float) -> None:
-        """Count time that may have been walking but gave no measure; sigma grows, distance not."""
+    def add_unmeasured(self, duration_s: float, *, ongoing: bool = False) -> None:
+        """Count time that may have been walking but gave no measure; sigma grows, distance not.
+
+        Args:
+            duration_s: Of the time.
+            ongoing: It goes on with the time of the call before, so that the two are one.
+        """
         self._unmeasured_s += duration_s
-        self._unseen_variance_m2 += (duration_s * self._unseen_speed_mps) ** 2
+        before_s = self._stretch_s if ongoing else 0.0
+        self._stretch_s = before_s + duration_s
+        grown_s2 = self._stretch_s**2 - before_s**2
+        self._unseen_variance_m2 += grown_s2 * self._unseen_speed_mps**2
 
     def advance(self, t_ns: int) -> list[Event]:
         """Let time pass up to t_ns; return the end of the bout when the pause grew too long."""
@@ -144,7 +161,7 @@ class WalkLedger:
         start_t_ns, self._bout_start_ns = self._bout_start_ns, None
         duration_s = (self._bout_end_ns - start_t_ns) / NS_PER_S
         duration_sigma_s = math.sqrt(2.0) * self._stride_time_sigma_s
-        distance_sigma_m = self._sigma_m(self._bout_distance_m, self._bout_variance_m2)
+        distance_sigma_m = math.hypot(self._bout_shared_m, math.sqrt(self._bout_variance_m2))
         speed_mps = self._bout_distance_m / duration_s
         cadence_spm = SECONDS_PER_MINUTE * self._bout_strides / duration_s
         return [
@@ -175,7 +192,7 @@ class WalkLedger:
             t_ns=t_ns,
             since_t_ns=self._since_t_ns,
             distance_m=self._distance_m,
-            distance_sigma_m=self._sigma_m(self._distance_m, variance_m2),
+            distance_sigma_m=math.hypot(self._shared_m, math.sqrt(variance_m2)),
             strides=self._strides,
             walking_s=self._walking_ns / NS_PER_S,
             unmeasured_s=self._unmeasured_s,
@@ -187,6 +204,4 @@ class WalkLedger:
         self._bout_strides = 0
         self._bout_distance_m = 0.0
         self._bout_variance_m2 = 0.0
-
-    def _sigma_m(self, distance_m: float, variance_m2: float) -> float:
-        return math.sqrt(variance_m2 + (self._shared_sigma * distance_m) ** 2)
+        self._bout_shared_m = 0.0

@@ -36,15 +36,17 @@ class Accounts:
         self._params: Final = params
         self._ledger = WalkLedger(
             max_pause_s=params.max_pause_s,
-            shared_sigma=params.shared_sigma,
+            shared_sigma=params.wheel_shared_sigma,
             stride_time_sigma_s=params.stride_time_sigma_s,
         )
-        self._path = Path(params.shared_sigma)
+        self._path = Path(params.wheel_shared_sigma)
         self._behind_m = 0.0
         self._behind_var_m2 = 0.0
         self._moving_s = 0.0
         self._waiting: list[tuple[Piece, float, float, float]] = []
         self._end_ns: int | None = None
+        self._mistrusted = False
+        self._mistrusted_ns = 0
 
     @property
     def in_bout(self) -> bool:
@@ -97,9 +99,20 @@ class Accounts:
             self._ledger.distance(t_ns),
         ]
 
+    def mistrust(self, t_ns: int, duration_s: float) -> list[Event]:
+        """Count time in which the wheels counted, but wrongly; say so when it begins."""
+        begins, self._mistrusted, self._mistrusted_ns = not self._mistrusted, True, t_ns
+        self._ledger.add_unmeasured(duration_s, ongoing=True)
+        if not begins:
+            return []
+        detail = "the wheels' counts can't be right; nothing is counted until they are"
+        said = Anomaly(t_ns=t_ns, anomaly="distance-untrusted", detail=detail)
+        return [said, self._ledger.distance(t_ns)]
+
     def finish(self) -> list[Event]:
         """Take that no more will come."""
-        return self._ledger.close_bout()
+        events = self._ledger.close_bout()
+        return [*events, self._ledger.distance(self._mistrusted_ns)] if self._mistrusted else events
 
     @property
     def _pause_ns(self) -> int:
@@ -126,12 +139,12 @@ class Accounts:
                 t_ns=piece.t_ns,
                 start_t_ns=piece.start_ns,
                 push_length_m=piece.length_m,
-                push_length_sigma_m=math.hypot(piece.sigma_m, p.shared_sigma * piece.length_m),
+                push_length_sigma_m=math.hypot(piece.sigma_m, p.wheel_shared_sigma * piece.length_m),
                 push_duration_s=(piece.t_ns - piece.start_ns) / NS_PER_S,
                 push_duration_sigma_s=math.sqrt(2.0) * p.stride_time_sigma_s,
                 peak_speed_mps=piece.peak_mps,
                 peak_speed_sigma_mps=math.hypot(
-                    p.shared_sigma * piece.peak_mps, p.tick_m / p.block_s / math.sqrt(6.0)
+                    p.wheel_shared_sigma * piece.peak_mps, p.tick_m / p.block_s / math.sqrt(6.0)
                 ),
             )
         ]
@@ -149,6 +162,7 @@ class Accounts:
         events = self._ledger.add_stride(
             start_ns, piece.t_ns, length_m, sigma_m,
             stance_duration_s=cycle_s - moving_s, swing_duration_s=moving_s,
+            shared_sigma=self._params.lift_shared_sigma if piece.kind == "lift" else None,
         )  # fmt: skip
         told = [_styled(event, piece.style) for event in events]
         told.append(self._path.pose(piece.t_ns, piece.heading_rad, piece.heading_sigma_rad))

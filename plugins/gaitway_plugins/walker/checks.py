@@ -44,6 +44,11 @@ class Checks:
         found += self._both_wheels(block, fix, pitch_radps)
         return [Anomaly(t_ns=fix.t_ns, anomaly=name, detail=detail) for name, detail in found]
 
+    @property
+    def untrusted(self) -> bool:
+        """Whether the sense of a wheel is wrong, so that no way comes of its counts."""
+        return not self._told.isdisjoint({"one", "both"})
+
     def _once(self, key: str, anomaly: str, detail: str) -> list[tuple[str, str]]:
         if key in self._told:
             return []
@@ -117,6 +122,7 @@ class Checks:
         backward = self._both < -0.4 * self._wheels
         self._both = self._wheels = 0.0
         if not backward:
+            self._told -= {"both"}
             return []
         detail = "the wheels count backward when the accelerometer feels forward: signs, or mounting"
         return self._once("both", "not-mounted-as-configured", detail)

@@ -92,6 +92,10 @@ class WalkerEstimator(Saveable):
         rate = block.gyro_d.mean(axis=0) - self._navigator.gyro_bias_d
         events = self._checks.push(block, fix, float(rate[2]), float(rate[1]))
         pieces = self._mover.push(fix)
+        if self._checks.untrusted:
+            pieces = [piece for piece in pieces if piece.kind != "roll"]
+            if fix.rolling:
+                events += self._accounts.mistrust(fix.t_ns, fix.duration_s)
         if self._mover.carried:
             detail = "in the air for longer than a step; the path goes on anew where it is set down"
             events.append(Anomaly(t_ns=fix.t_ns, anomaly="carried", detail=detail))

@@ -86,8 +86,8 @@ class WheelNavigator:
             self._level(block)
         wheels = self._rolled(block)
         mean_vel_n = self._predict(block)
-        still = calm and self._stands(block)
-        self._calm_s = self._calm_s + block.duration_s if calm else 0.0
+        still = calm and self._stands()
+        self._calm_s = self._calm_s + block.duration_s if calm and not still else 0.0
         if still:
             self._stand(block)
         elif wheels.rolling:
@@ -131,13 +131,23 @@ class WheelNavigator:
         self._kf.run(block.accel_d, block.gyro_d, block.period_s, self._noise, out=out)
         return np.asarray(out[:, 3:6].mean(axis=0) - (out[-1, 3:6] - before) / (2 * len(out)))
 
-    def _stands(self, block: Block) -> bool:
-        """Return whether calm is standing and not even gliding: the filter would know."""
+    def _stands(self) -> bool:
+        """Return whether calm is standing and not even gliding: the filter would know.
+
+        It is believed for the length of a lift while it sees the walker above the floor, and else
+        for ``glide_s``: a hard setting down may have cost it its velocity.
+        """
         kf, p = self._kf, self._params
-        if self._free_s > p.max_lift_s or self._calm_s + block.duration_s > p.glide_s:
-            return True
         fast = float(np.sqrt(kf.vel_n.dot(kf.vel_n))) > _GLIDE_MPS
-        return not fast or kf.innovation(zero_velocity(kf, 0.03)).nis < _GATE
+        if not fast or kf.innovation(zero_velocity(kf, 0.03)).nis < _GATE:
+            return True
+        above = float(self._path_n[2] - self._base_n[2]) > p.min_rise_m
+        believed_s = p.max_lift_s if above else p.glide_s
+        if (self._free_s if above else self._calm_s) < believed_s:
+            return False
+        # Wrong by more than it can be: what made it so must not be taken for a bias.
+        kf.set_block(VEL, _ADRIFT_MPS**2)
+        return True
 
     def _stand(self, block: Block) -> None:
         kf, p = self._kf, self._params

@@ -34,8 +34,8 @@ class WalkerParams(Params):
     """And when its mean specific force differs less from that of the blocks around it."""
     still_norm_max_mps2: float = Field(0.35, gt=0.0)
     """And when its size is so near to gravity: bias, scale and gravity's place on Earth."""
-    still_shake_max_mps2: float = Field(0.5, gt=0.0)
-    """And when within the block it spreads less than this."""
+    still_shake_max_mps2: float = Field(1.5, gt=0.0)
+    """And when within the block it spreads less than this: the trembling of a hand passes."""
     glide_s: float = Field(0.6, gt=0.0)
     """A lifted walker that glides evenly looks still: as long as this the filter's velocity is
     believed instead."""
@@ -65,7 +65,7 @@ class WalkerParams(Params):
     min_step_s: float = Field(0.35, gt=0.0)
     """Steps of a roll are not shorter."""
 
-    accel_noise_mps2_rthz: float = Field(0.02, gt=0.0)
+    accel_noise_mps2_rthz: float = Field(0.01, gt=0.0)
     """Noise of the accelerometer as the filter takes it: scale and alignment are in it."""
     gyro_noise_radps_rthz: float = Field(0.001, gt=0.0)
     """The same of the gyroscope."""
@@ -86,12 +86,15 @@ class WalkerParams(Params):
     floor_sigma_m: float = Field(0.02, gt=0.0)
     """Of the height after a lift."""
 
-    slip_sigma_m: float = Field(0.008, gt=0.0)
+    slip_sigma_m: float = Field(0.005, gt=0.0)
     """Standard deviation of one metre rolled, from slip and skidding, independent of the next."""
-    lift_sigma_m: float = Field(0.01, gt=0.0)
+    lift_sigma_m: float = Field(0.005, gt=0.0)
     """Of one lift, beside what the filter says: how it is set down."""
-    shared_sigma: float = Field(0.005, ge=0.0)
-    """Relative standard deviation common to all steps: wheel radius, scale of the sensor."""
+    wheel_shared_sigma: float = Field(0.0045, ge=0.0)
+    """Relative standard deviation common to all that rolls: the wheels' radius. Smaller after the
+    calibration ``wheels``, which says how much."""
+    lift_shared_sigma: float = Field(0.003, ge=0.0)
+    """Relative standard deviation common to all that is lifted: the accelerometer's scale."""
     stride_time_sigma_s: float = Field(0.05, gt=0.0)
     """Standard deviation of when a step begins or ends: half a block."""
     max_pause_s: float = Field(4.0, gt=0.0)

@@ -208,7 +208,7 @@ class Flight:
         down_m = abs(float(end.path_n[2] - start.path_n[2]))
         middle = 0.5 * (start.heading_rad + end.heading_rad)
         ahead = float(np.dot(way_n, (np.cos(middle), np.sin(middle))))
-        rose = self._rise_m >= p.min_rise_m
+        rose = self._rise_m >= p.min_rise_m or p.method == "published"
         kind: Literal["lift", "drag", "carried", "lost"]
         if self.duration_s > p.max_lift_s or self._rise_m > p.max_rise_m or down_m > _SET_DOWN_M:
             if not self.lifted:

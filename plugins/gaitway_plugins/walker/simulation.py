@@ -33,6 +33,8 @@ TRACK_M: Final = 0.61
 RADIUS_M: Final = 0.0635
 PULSES: Final = 1024
 SETTLE_S: Final = 0.3
+_ON_FLOOR: Final = 0.15
+"""Share of a hand's tremor that a walker on four legs takes on."""
 _CHEAP: Final = {"noise": 2.5, "gyro_bias": 4.0, "accel_bias": 2.0, "scale": 3.0}
 DEFAULTS: Final[Mapping[str, str | float]] = {
     "style": "continuous",
@@ -289,8 +291,7 @@ def _recorded(
     roll = Spline(course.roll)
     upright = radians(1.0) * person.posture_pitch_rad / 0.02
     lean = Spline([rest(0.0, 0.0, 0.3 * upright, person.posture_roll_rad)])
-    ramp = Spline([rest(0.2, 0.0), rest(0.7, 1.0), rest(end_s - 0.3, 1.0), rest(end_s, 0.0)])
-    angles = Sum(Spline(course.angles), lean, person.tremor(ramp, rng))
+    angles = Sum(Spline(course.angles), lean, person.tremor(_grip(course, end_s), rng))
     way, height = Sum(roll, Spline(course.lift)), Spline(course.height)
     position = Driven(way, angles, height, end_s + plan.rest_s)
     motion = RigidMotion(_shaken(course, position, float(conditions["shock"]), rng), angles)
@@ -308,6 +309,16 @@ def _recorded(
         frozen_rows(left, 1), frozen_rows(right, 1),
     )  # fmt: skip
     return replace(walk, channels=channels, truth={"style": tuple(course.styles)})
+
+
+def _grip(course: Course, end_s: float) -> Spline:
+    """Return how far the hands shake the walker: fully in the air, a little while it stands."""
+    knots = [rest(0.2, 0.0), rest(0.7, _ON_FLOOR)]
+    for start_s, stop_s in course.closed_s:
+        middle_s = 0.5 * (start_s + stop_s)
+        ends = (rest(start_s, _ON_FLOOR), rest(middle_s, 1.0), rest(stop_s, _ON_FLOOR))
+        knots += [knot for knot in ends if knot.t_s > knots[-1].t_s]
+    return Spline([*knots, rest(end_s - 0.1, _ON_FLOOR), rest(end_s, 0.0)])
 
 
 def _shaken(
