@@ -29,6 +29,8 @@ _TICKS: Final = slice(6, 8)
 _CLIPPED: Final = 8
 _BRIDGED: Final = 9
 _IMU_MAX: Final = 1e5
+_GUESS_S: Final = 0.06
+"""A straight line across more than this says little of what the IMU felt."""
 _SPEED_MAX_MPS: Final = 4.0
 """No walker's wheels roll faster."""
 
@@ -43,7 +45,7 @@ class Block(NamedTuple):
         gyro_d: Angular rate, rad/s, shape (n, 3).
         wheels_m: How far the left and the right wheel rolled in each sample, shape (n, 2).
         clipped: A reading was at the end of its range.
-        bridged: Some samples were not measured.
+        bridged: Too many neighbouring samples were not measured to know what the IMU felt.
     """
 
     t_ns: Ints
@@ -145,7 +147,7 @@ class Blocks:
         filled = last + share * (rolled[0] - last)
         rolled[0, _TICKS] /= missing + 1
         filled[:, _TICKS] = rolled[0, _TICKS]
-        filled[:, _BRIDGED] = 1.0
+        filled[:, _BRIDGED] = rolled[0, _BRIDGED] = float(missing * self._period_s > _GUESS_S)
         step_ns = int(t_ns[0]) - self._last_ns
         filled_ns = self._last_ns + step_ns * np.arange(1, missing + 1) // (missing + 1)
         return np.concatenate([filled, rolled]), np.concatenate([filled_ns, t_ns])

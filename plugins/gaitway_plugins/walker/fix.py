@@ -26,7 +26,7 @@ class Fix(NamedTuple):
         heading_sigma_rad: Its standard deviation.
         pitch_rad: Forward (nose down) positive.
         clipped: A reading was at the end of its range.
-        bridged: Some samples were not measured.
+        bridged: What the IMU felt is partly a guess.
     """
 
     start_ns: int

@@ -37,6 +37,8 @@ _GLIDE_MPS: Final = 0.08
 """Slower than this is no gliding, however sure the filter is."""
 _SETTLED: Final = 3
 """After so many still blocks nothing more is learned of the way before."""
+_GUESSED: Final = ImuNoise(0.5, 0.1, 3e-4, 2e-5)
+"""Of samples that were not measured but drawn in a straight line."""
 _ADRIFT_MPS: Final = 0.7
 """Of a velocity that nothing held for longer than a lift."""
 
@@ -128,7 +130,8 @@ class WheelNavigator:
     def _predict(self, block: Block) -> Floats:
         out = np.empty((len(block.t_ns), 10))
         before = self._kf.vel_n.copy()
-        self._kf.run(block.accel_d, block.gyro_d, block.period_s, self._noise, out=out)
+        noise = _GUESSED if block.bridged else self._noise
+        self._kf.run(block.accel_d, block.gyro_d, block.period_s, noise, out=out)
         return np.asarray(out[:, 3:6].mean(axis=0) - (out[-1, 3:6] - before) / (2 * len(out)))
 
     def _stands(self) -> bool:

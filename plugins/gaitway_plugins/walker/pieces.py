@@ -142,6 +142,8 @@ class Roll:
 
 _DRAG_M: Final = 0.12
 """Less without wheels and without a lift is leaning and pushing."""
+_UNKNOWN_M: Final = 0.25
+"""A length with a larger standard deviation is none."""
 _SET_DOWN_M: Final = 0.08
 """A walker that ended so much higher or lower was put somewhere else."""
 
@@ -208,15 +210,17 @@ class Flight:
         down_m = abs(float(end.path_n[2] - start.path_n[2]))
         middle = 0.5 * (start.heading_rad + end.heading_rad)
         ahead = float(np.dot(way_n, (np.cos(middle), np.sin(middle))))
-        rose = self._rise_m >= p.min_rise_m or p.method == "published"
+        # Across a gap, and by the paper, who moves without wheels was lifted.
+        rose = self._rise_m >= p.min_rise_m or self._bridged or p.method == "published"
+        off_floor = down_m > max(_SET_DOWN_M, 3.0 * float(np.sqrt(end.path_var[2])))
         kind: Literal["lift", "drag", "carried", "lost"]
-        if self.duration_s > p.max_lift_s or self._rise_m > p.max_rise_m or down_m > _SET_DOWN_M:
+        if self.duration_s > p.max_lift_s or self._rise_m > p.max_rise_m or off_floor:
             if not self.lifted:
                 return None
             kind = "carried"
-        elif length_m < (p.min_step_m if rose else _DRAG_M):
+        elif length_m < (p.min_step_m if rose else _DRAG_M) or length_m < 2.0 * sigma_m:
             return None
-        elif length_m > p.max_step_m or self._bridged or sigma_m > 0.15:
+        elif length_m > p.max_step_m or sigma_m > _UNKNOWN_M:
             kind = "lost"
         else:
             kind = "lift" if rose else "drag"
