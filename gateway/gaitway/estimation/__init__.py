@@ -12,7 +12,8 @@ takes a sample at a time, costs the same for every sample, and says how much lat
 ``ErrorStateFilter``
     navigates: ``predict`` at every sample, ``correct`` with what ``zero_velocity``,
     ``pivot_velocity``, ``zero_rate`` and ``gravity`` return, ``(z, H, R)`` each; its noise is an
-    ``ImuNoise`` of densities, so settings hold at any sample rate;
+    ``ImuNoise`` of densities, so settings hold at any sample rate. ``COMPILED`` says whether its
+    arithmetic is machine code or its slow twin;
 ``Saveable``
     gives an estimator ``save`` and ``restore``;
 ``WalkLedger``
@@ -25,28 +26,26 @@ single vectors are tuples of floats (``gaitway.estimation.rotation`` says why).
 
 from gaitway.estimation import rotation
 from gaitway.estimation.error_state import (
-    ACCEL_BIAS,
-    ATT,
-    GYRO_BIAS,
-    POS,
     STANDARD_GRAVITY_MPS2,
-    VEL,
     ErrorStateFilter,
     Innovation,
     Measurement,
 )
 from gaitway.estimation.gaps import Break, GapBridge, ImuSample
+from gaitway.estimation.kernels import COMPILED
 from gaitway.estimation.ledger import WalkLedger
 from gaitway.estimation.measurements import gravity, pivot_velocity, zero_rate, zero_velocity
 from gaitway.estimation.noise import ImuNoise
 from gaitway.estimation.rest import Rest, RestDetector, align_at_rest, level_at_rest
 from gaitway.estimation.saving import Saveable
 from gaitway.estimation.stance import StanceDetector
+from gaitway.estimation.states import ACCEL_BIAS, ATT, GYRO_BIAS, POS, VEL
 from gaitway.estimation.windows import CentredHold, CentredMean, half_window
 
 __all__ = [
     "ACCEL_BIAS",
     "ATT",
+    "COMPILED",
     "GYRO_BIAS",
     "POS",
     "STANDARD_GRAVITY_MPS2",

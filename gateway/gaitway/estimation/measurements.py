@@ -10,15 +10,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from gaitway.estimation.error_state import (
-    ACCEL_BIAS,
-    ATT,
-    GYRO_BIAS,
-    VEL,
-    ErrorStateFilter,
-    Measurement,
-)
+from gaitway.estimation.error_state import ErrorStateFilter, Measurement
 from gaitway.estimation.rotation import cross, skew, to_matrix
+from gaitway.estimation.states import ACCEL_BIAS, ATT, GYRO_BIAS, VEL
 from gaitway.samples import Floats
 
 

@@ -141,10 +141,10 @@ class Layout:
 
     def count_alike(self, payloads: Bytes) -> int:
         """Return how many of the payloads, from the first on, have this layout."""
-        differs = (payloads ^ self.ids) & self.mask
-        if not differs.any():
+        told = payloads & self.mask
+        if told.tobytes() == self.ids.tobytes() * len(payloads):
             return len(payloads)
-        return int(np.argmax(differs.any(axis=1)))
+        return int(np.argmax((told != self.ids).any(axis=1)))
 
 
 def parse_layout(payload: bytes) -> Layout:

@@ -24,6 +24,8 @@ DELTA_Q: Final = "delta_q"
 FIRST_CLIP_BIT: Final = 8
 CLIP_MASK: Final = 0b111111
 """Bits 8-10 of the status word are the accelerometer's axes, bits 11-13 the gyroscope's."""
+CLIP_BYTE: Final = 3 - FIRST_CLIP_BIT // 8
+"""Where they are in the four bytes of the word, as they are sent: the lowest bits of this one."""
 
 SMALL_ANGLE: Final = 1e-8
 """Below this half angle (radians) its sine equals itself in float64."""
@@ -133,8 +135,8 @@ def _attitude(item: Item, payloads: Bytes) -> Floats:
 
 
 def _clip(item: Item, payloads: Bytes) -> Floats:
-    status = decode_item(item, payloads)
-    return (status >> FIRST_CLIP_BIT & CLIP_MASK).astype(np.float64)[:, np.newaxis]
+    at = item.start + CLIP_BYTE
+    return (payloads[:, at : at + 1] & CLIP_MASK).astype(np.float64)
 
 
 _CHANNEL_ITEMS: Final[tuple[tuple[str, int, Callable[[Item, Bytes], Floats]], ...]] = (
