@@ -16,6 +16,7 @@ from gaitway.api import (
     WalkPlan,
     hookimpl,
 )
+from gaitway_plugins.walker.calibration import CALIBRATIONS
 from gaitway_plugins.walker.params import WalkerParams
 
 
@@ -50,5 +51,6 @@ def gaitway_devices() -> Sequence[DeviceType]:
             default_mounting={"x": "forward", "y": "left", "z": "up"},
             simulate=_simulate,
             summarise=_summarise,
+            calibrations=CALIBRATIONS,
         )
     ]

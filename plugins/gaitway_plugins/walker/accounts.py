@@ -139,7 +139,9 @@ class Accounts:
                 t_ns=piece.t_ns,
                 start_t_ns=piece.start_ns,
                 push_length_m=piece.length_m,
-                push_length_sigma_m=math.hypot(piece.sigma_m, p.wheel_shared_sigma * piece.length_m),
+                push_length_sigma_m=math.hypot(
+                    piece.sigma_m, p.wheel_shared_sigma * piece.length_m
+                ),
                 push_duration_s=(piece.t_ns - piece.start_ns) / NS_PER_S,
                 push_duration_sigma_s=math.sqrt(2.0) * p.stride_time_sigma_s,
                 peak_speed_mps=piece.peak_mps,

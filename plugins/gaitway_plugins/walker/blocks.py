@@ -101,7 +101,7 @@ class Blocks:
             return []
         out: list[Block | Break] = []
         rows = _table(item)
-        good = np.abs(rows[:, _IMU]).sum(axis=1) + 0.0 * rows[:, _TICKS].sum(axis=1) < _IMU_MAX
+        good = np.isfinite(rows).all(axis=1) & (np.abs(rows[:, _IMU]).max(axis=1) < _IMU_MAX)
         bounds = np.flatnonzero(np.diff(good)) + 1
         for start, stop in zip([0, *bounds], [*bounds, len(good)], strict=True):
             if good[start]:

@@ -124,5 +124,7 @@ class Checks:
         if not backward:
             self._told -= {"both"}
             return []
-        detail = "the wheels count backward when the accelerometer feels forward: signs, or mounting"
+        detail = (
+            "the wheels count backward when the accelerometer feels forward: signs, or mounting"
+        )
         return self._once("both", "not-mounted-as-configured", detail)

@@ -127,4 +127,3 @@ class WalkerEstimator(Saveable):
                 if isinstance(event, Stride):
                     self._tracer.style(event)
         return events
-

@@ -17,7 +17,7 @@ from gaitway.estimation import (
     zero_rate,
     zero_velocity,
 )
-from gaitway.estimation.rotation import from_gravity, skew, to_matrix
+from gaitway.estimation.rotation import from_gravity, to_matrix
 from gaitway_plugins.walker.blocks import Block
 from gaitway_plugins.walker.fix import Fix, Rolled, pitch_of, rolled
 from gaitway_plugins.walker.params import WalkerParams
@@ -217,9 +217,6 @@ class WheelNavigator:
         self._carry(wheels, rolling=rolling)
         kf = self._kf
         C = to_matrix(kf.q_nd)
-        J = np.hstack([np.eye(3), skew((C @ self._arm_d).tolist())])
-        rows = np.r_[POS, ATT]
-        var = np.einsum("ij,jk,ik->i", J, kf.covariance[np.ix_(rows, rows)], J)
         return Fix(
             start_ns=block.start_ns,
             t_ns=block.end_ns,
@@ -229,7 +226,8 @@ class WheelNavigator:
             speed_mps=wheels.length_m / block.duration_s,
             travel_m=self._travel_m,
             path_n=self._path_n,
-            path_var=var,
+            # A tilt that stays wrong moves the IMU's lever arm at both ends alike.
+            path_var=np.diag(kf.covariance)[POS].copy(),
             heading_rad=self._heading_rad,
             heading_sigma_rad=math.sqrt(kf.covariance[8, 8]),
             pitch_rad=pitch_of(C),

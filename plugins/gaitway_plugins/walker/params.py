@@ -65,7 +65,7 @@ class WalkerParams(Params):
     min_step_s: float = Field(0.35, gt=0.0)
     """Steps of a roll are not shorter."""
 
-    accel_noise_mps2_rthz: float = Field(0.01, gt=0.0)
+    accel_noise_mps2_rthz: float = Field(0.005, gt=0.0)
     """Noise of the accelerometer as the filter takes it: scale and alignment are in it."""
     gyro_noise_radps_rthz: float = Field(0.001, gt=0.0)
     """The same of the gyroscope."""
@@ -88,12 +88,12 @@ class WalkerParams(Params):
 
     slip_sigma_m: float = Field(0.005, gt=0.0)
     """Standard deviation of one metre rolled, from slip and skidding, independent of the next."""
-    lift_sigma_m: float = Field(0.005, gt=0.0)
+    lift_sigma_m: float = Field(0.003, gt=0.0)
     """Of one lift, beside what the filter says: how it is set down."""
     wheel_shared_sigma: float = Field(0.0045, ge=0.0)
     """Relative standard deviation common to all that rolls: the wheels' radius. Smaller after the
     calibration ``wheels``, which says how much."""
-    lift_shared_sigma: float = Field(0.003, ge=0.0)
+    lift_shared_sigma: float = Field(0.002, ge=0.0)
     """Relative standard deviation common to all that is lifted: the accelerometer's scale."""
     stride_time_sigma_s: float = Field(0.05, gt=0.0)
     """Standard deviation of when a step begins or ends: half a block."""

@@ -58,8 +58,6 @@ class Roll:
         self._rest_pitch_rad = before.pitch_rad if rest_pitch_rad is None else rest_pitch_rad
         self._fixes = [before]
         self._valleys = Valleys(params.valley_share, params.valley_min_mps)
-        self._first = 0
-        self._smoothed = 0
         self._cut = False
         self._forward = 0
         self.stopped_s = 0.0
@@ -75,7 +73,9 @@ class Roll:
         valley = self._valleys.push(0.25 * speeds[0] + 0.5 * speeds[1] + 0.25 * speeds[2])
         if valley is None or self.stopped_s:
             return turned
-        end = valley + 1 - self._first
+        end = len(self._fixes) - 2 - valley
+        if end < 1:
+            return turned
         whole = self._fixes[end].t_ns - self._fixes[0].t_ns >= 1e9 * self._params.min_step_s
         far = abs(self._fixes[end].travel_m - self._fixes[0].travel_m) >= self._params.min_step_m
         return [*turned, *self._cut_at(end)] if whole and far else turned
@@ -85,9 +85,7 @@ class Roll:
         while len(self._fixes) > 2 and not self._fixes[-1].rolling:
             self._fixes.pop()
         start, end = self._fixes[0], self._fixes[-1]
-        long = (
-            abs(end.travel_m - start.travel_m) > self._params.single_roll_m
-        )
+        long = abs(end.travel_m - start.travel_m) > self._params.single_roll_m
         return self._piece(self._fixes, "continuous" if self._cut or long else "step-by-step")
 
     def _reverse(self, fix: Fix) -> list[Piece]:
@@ -99,19 +97,16 @@ class Roll:
         if not turned or len(self._fixes) < 3:
             return []
         piece = self._piece(self._fixes[:-1], "continuous" if self._cut else "step-by-step")
-        self._drop(len(self._fixes) - 2)
+        del self._fixes[:-2]
+        self._valleys = Valleys(self._params.valley_share, self._params.valley_min_mps)
         self._cut = False
         return [piece]
 
     def _cut_at(self, end: int) -> list[Piece]:
         piece = self._piece(self._fixes[: end + 1], "continuous")
-        self._drop(end)
+        del self._fixes[:end]
         self._cut = True
         return [piece]
-
-    def _drop(self, count: int) -> None:
-        del self._fixes[:count]
-        self._first += count
 
     def _piece(self, fixes: Sequence[Fix], style: Style) -> Piece:
         start, end = fixes[0], fixes[-1]

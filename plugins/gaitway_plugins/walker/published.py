@@ -145,7 +145,9 @@ class PaperNavigator:
         self._path_n = path_n
         speed_mps = 0.5 * float(block.wheels_m.sum()) / block.duration_s
         if rolling:
-            self._travel_m += float(way_n[:2] @ (math.cos(self._heading_rad), math.sin(self._heading_rad)))
+            self._travel_m += float(
+                way_n[:2] @ (math.cos(self._heading_rad), math.sin(self._heading_rad))
+            )
         return Fix(
             start_ns=block.start_ns,
             t_ns=block.end_ns,

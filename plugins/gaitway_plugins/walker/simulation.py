@@ -40,7 +40,7 @@ DEFAULTS: Final[Mapping[str, str | float]] = {
     "style": "continuous",
     "turns": 0.0,
     "wheel_slip": 0.02,
-    "wheel_radius": 0.003,
+    "wheel_radius": 0.004,
     "modulation": 0.0,
     "step_m": 0.0,
     "shock": 1.0,
@@ -337,7 +337,9 @@ def _wheels(plan: WalkPlan, conditions: dict[str, str | float]) -> Wheels:
     each = 0.3 * float(conditions["wheel_radius"]) * rng.standard_normal(2)
     ideal = plan.ideal_sensor
     bits = int(float(conditions["counter_bits"]))
-    scale = [side * (1.0 if ideal else 1.0 + both + one) for side, one in zip(sides, each, strict=True)]
+    scale = [
+        side * (1.0 if ideal else 1.0 + both + one) for side, one in zip(sides, each, strict=True)
+    ]
     first = rng.integers(0, 2**bits if bits else 5000, 2)
     return Wheels(
         TRACK_M, RADIUS_M, PULSES, (scale[0], scale[1]),

@@ -43,5 +43,3 @@ class Tracer:
         first = bisect_right(self.trace.t_ns, stride.start_t_ns)
         for row in range(first, bisect_right(self.trace.t_ns, stride.t_ns)):
             self.trace.rows[row] = (*self.trace.rows[row][:-1], code)
-
-

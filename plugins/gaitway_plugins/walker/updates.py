@@ -51,10 +51,12 @@ def yaw_rate(
 
     Against the gyroscope's it measures that one's bias, which Eq. 31 does through the heading.
     """
+    C = to_matrix(kf.q_nd)
+    x, y, z = (C @ (rate_d - kf.gyro_bias_d)).tolist()
     H = np.zeros((1, kf.states))
-    H[0, GYRO_BIAS] = up_d(kf)
-    z = up_d(kf).dot(rate_d - kf.gyro_bias_d) - wheels_radps
-    return Measurement(np.array([z]), H, np.array([[sigma_radps**2]]))
+    H[0, ATT] = (-y, x, 0.0)
+    H[0, GYRO_BIAS] = C[2]
+    return Measurement(np.array([z - wheels_radps]), H, np.array([[sigma_radps**2]]))
 
 
 def vertical(kf: ErrorStateFilter, rest_up_d: Floats, sigma_rad: float) -> Measurement:
@@ -102,7 +104,7 @@ def height(
 
 def up_d(kf: ErrorStateFilter) -> Floats:
     """Return the vertical in the device's axes, shape (3,)."""
-    return to_matrix(kf.q_nd)[2]
+    return np.asarray(to_matrix(kf.q_nd)[2])
 
 
 def heading_of(q_nd: Iterable[float]) -> float:

@@ -16,23 +16,24 @@ class Valleys:
         self._least: Final = least
         self._peak = 0.0
         self._lowest = 0.0
-        self._lowest_index = 0
+        self._since_lowest = 0
         self._falling = False
-        self._index = 0
 
     def push(self, value: float) -> int | None:
-        """Take the next value; return the index of the valley it confirms, counted from 0."""
-        index = self._index
-        self._index += 1
-        depth = max(self._least, self._share * self._peak)
+        """Take the next value; return how many values ago the valley was that it confirms."""
         if not self._falling:
             self._peak = max(self._peak, value)
-            if self._peak - value > max(self._least, self._share * self._peak):
-                self._falling, self._lowest, self._lowest_index = True, value, index
+            self._falling = self._peak - value > self._depth
+            self._lowest, self._since_lowest = value, 0
             return None
+        self._since_lowest += 1
         if value < self._lowest:
-            self._lowest, self._lowest_index = value, index
-        if value - self._lowest <= depth:
+            self._lowest, self._since_lowest = value, 0
+        if value - self._lowest <= self._depth:
             return None
         self._falling, self._peak = False, value
-        return self._lowest_index
+        return self._since_lowest
+
+    @property
+    def _depth(self) -> float:
+        return max(self._least, self._share * self._peak)

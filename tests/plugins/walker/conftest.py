@@ -96,9 +96,7 @@ def moved(
         ends_s = [rest_s + (k + 1) * duration_s for k in range(steps)]
     for _ in range(0 if style == "continuous" else steps):
         if style == "full-lift":
-            hand.go(
-                duration_s, lift=profile(length_m), climb=up_down(height_m), yaw=hump(turn)
-            )
+            hand.go(duration_s, lift=profile(length_m), climb=up_down(height_m), yaw=hump(turn))
         elif style == "back-tips":
             hand.go(0.3, pitch=hump(np.radians(pitch_deg)))
             hand.go(duration_s, roll=profile(length_m), yaw=hump(turn))
@@ -117,9 +115,7 @@ def moved(
     return walk
 
 
-def _sensed(
-    hand, rate_hz, imu, noise, gyro_bias, accel_bias, seed, radius_m, track_m, sway_rad
-):
+def _sensed(hand, rate_hz, imu, noise, gyro_bias, accel_bias, seed, radius_m, track_m, sway_rad):
     roll, lift, climb, pitch_rate, yaw_rate = (
         np.concatenate(getattr(hand, name)) for name in ("roll", "lift", "climb", "pitch", "yaw")
     )
