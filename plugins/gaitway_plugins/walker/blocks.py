@@ -29,6 +29,8 @@ _TICKS: Final = slice(6, 8)
 _CLIPPED: Final = 8
 _BRIDGED: Final = 9
 _IMU_MAX: Final = 1e5
+_RANGE_MPS2: Final = 14.0
+"""A sensor of +-1.5 g ends at 14.7 m/s^2; no block of a walk stays at one value there."""
 _GUESS_S: Final = 0.06
 """A straight line across more than this says little of what the IMU felt."""
 _SPEED_MAX_MPS: Final = 4.0
@@ -161,9 +163,15 @@ class Blocks:
             rows[:, 0:3],
             rows[:, 3:6],
             rows[:, _TICKS],
-            bool(rows[:, _CLIPPED].any()),
+            bool(rows[:, _CLIPPED].any()) or _at_end_of_range(rows[:, 0:3]),
             bool(rows[:, _BRIDGED].any()),
         )
+
+
+def _at_end_of_range(accel: Floats) -> bool:
+    """Return whether three readings in a row are equal and as large as the smallest range."""
+    same = (np.diff(accel, axis=0) == 0.0) & (np.abs(accel[1:]) >= _RANGE_MPS2)
+    return bool((same[1:] & same[:-1]).any())
 
 
 def _table(batch: SampleBatch) -> Floats:

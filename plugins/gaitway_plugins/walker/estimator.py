@@ -1,13 +1,13 @@
 """The walker's estimator: blocks, stillness, navigation, pieces, books."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from gaitway.api import Anomaly, EstimatorInput, Event, SampleBatch, Stride, Trace
 from gaitway.estimation import Break, Saveable
 from gaitway_plugins.walker.accounts import Accounts
 from gaitway_plugins.walker.blocks import Block, Blocks
 from gaitway_plugins.walker.checks import Checks
-from gaitway_plugins.walker.fix import Navigator
 from gaitway_plugins.walker.mover import Mover
 from gaitway_plugins.walker.navigator import WheelNavigator
 from gaitway_plugins.walker.params import WalkerParams
@@ -15,6 +15,9 @@ from gaitway_plugins.walker.published import PaperNavigator
 from gaitway_plugins.walker.stillness import Stillness
 from gaitway_plugins.walker.tracing import Tracer
 from gaitway_plugins.walker.turns import Turns
+
+if TYPE_CHECKING:
+    from gaitway_plugins.walker.fix import Navigator
 
 
 class WalkerEstimator(Saveable):

@@ -38,7 +38,7 @@ _GLIDE_MPS: Final = 0.08
 _SETTLED: Final = 3
 """After so many still blocks nothing more is learned of the way before."""
 _GUESSED: Final = ImuNoise(0.5, 0.1, 3e-4, 2e-5)
-"""Of samples that were not measured but drawn in a straight line."""
+"""Of samples that were drawn in a straight line across a gap, or cut off at a range's end."""
 _ADRIFT_MPS: Final = 0.7
 """Of a velocity that nothing held for longer than a lift."""
 
@@ -130,7 +130,7 @@ class WheelNavigator:
     def _predict(self, block: Block) -> Floats:
         out = np.empty((len(block.t_ns), 10))
         before = self._kf.vel_n.copy()
-        noise = _GUESSED if block.bridged else self._noise
+        noise = _GUESSED if block.bridged or block.clipped else self._noise
         self._kf.run(block.accel_d, block.gyro_d, block.period_s, noise, out=out)
         return np.asarray(out[:, 3:6].mean(axis=0) - (out[-1, 3:6] - before) / (2 * len(out)))
 

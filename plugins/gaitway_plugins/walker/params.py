@@ -29,13 +29,13 @@ class WalkerParams(Params):
     max_bridge_s: float = Field(1.0, ge=0.0)
     """Longest gap across which the wheels' counts go on; a longer one begins anew."""
     still_rate_max_radps: float = Field(0.05, gt=0.0)
-    """A block is still when its mean rate, bias removed, is below this: hands rest on the walker."""
+    """And when within the block it spreads less than this: a hand may tremble."""
     still_step_max_mps2: float = Field(0.2, gt=0.0)
     """And when its mean specific force differs less from that of the blocks around it."""
     still_norm_max_mps2: float = Field(0.35, gt=0.0)
     """And when its size is so near to gravity: bias, scale and gravity's place on Earth."""
     still_shake_max_mps2: float = Field(1.5, gt=0.0)
-    """And when within the block it spreads less than this: the trembling of a hand passes."""
+    """And when within the block it spreads less than this: a hand may tremble."""
     glide_s: float = Field(0.6, gt=0.0)
     """A lifted walker that glides evenly looks still: as long as this the filter's velocity is
     believed instead."""
@@ -77,7 +77,7 @@ class WalkerParams(Params):
     """Of the walker's velocity over a block as its wheels tell it, per axis."""
     wheel_yaw_sigma_radps: float = Field(0.05, gt=0.0)
     """Of the yaw rate over a block as its wheels tell it: unequal radii stay for ever."""
-    still_speed_sigma_mps: float = Field(0.01, gt=0.0)
+    still_speed_sigma_mps: float = Field(0.005, gt=0.0)
     """Of the velocity in a still block."""
     still_rate_sigma_radps: float = Field(0.003, gt=0.0)
     """Of the angular rate in a still block."""
@@ -103,7 +103,7 @@ class WalkerParams(Params):
     """A smaller change of heading is no turn."""
     turn_rate_radps: float = Field(0.1, gt=0.0)
     """Slower is no turning."""
-    turn_pause_s: float = Field(1.5, gt=0.0)
+    turn_pause_s: float = Field(2.5, gt=0.0)
     """So long without turning ends a turn; turns are often made of several steps."""
 
     @property

@@ -205,8 +205,9 @@ class Flight:
         down_m = abs(float(end.path_n[2] - start.path_n[2]))
         middle = 0.5 * (start.heading_rad + end.heading_rad)
         ahead = float(np.dot(way_n, (np.cos(middle), np.sin(middle))))
-        # Across a gap, and by the paper, who moves without wheels was lifted.
-        rose = self._rise_m >= p.min_rise_m or self._bridged or p.method == "published"
+        # Across a gap or a clipped reading, and by the paper, who moves without wheels was lifted.
+        unseen = self._bridged or self._clipped
+        rose = self._rise_m >= p.min_rise_m or unseen or p.method == "published"
         off_floor = down_m > max(_SET_DOWN_M, 3.0 * float(np.sqrt(end.path_var[2])))
         kind: Literal["lift", "drag", "carried", "lost"]
         if self.duration_s > p.max_lift_s or self._rise_m > p.max_rise_m or off_floor:

@@ -257,8 +257,8 @@ def _corner(course: Course, style: str, turn_rad: float, rng: np.random.Generato
 
 
 def _idle(course: Course, does: str, rng: np.random.Generator) -> None:
-    """Do something else than walking, for 40 s or so."""
-    for _ in range(10):
+    """Do something else than walking, half a dozen times."""
+    for _ in range(6):
         course.t_s += float(rng.uniform(0.5, 2.0))
         course.stop()
         start_s = course.t_s

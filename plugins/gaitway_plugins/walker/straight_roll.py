@@ -119,7 +119,7 @@ def fit_direction(stretch: Stretch) -> Fit:
     e1 /= np.sqrt(e1.dot(e1))
     across = np.stack([e1, np.cross(z, e1)])
     felt = _velocity(stretch) @ across.T
-    time_s = np.arange(1, len(felt) + 1) * stretch.period_s
+    time_s = np.arange(1.0, len(felt) + 1.0, dtype=np.float64) * stretch.period_s
     speed = _smooth(stretch.wheels_m.mean(axis=1) / stretch.period_s, stretch.period_s)
     felt = np.stack([_smooth(column, stretch.period_s) for column in felt.T], axis=1)
     terms = np.stack([speed, time_s, time_s**2], axis=1)

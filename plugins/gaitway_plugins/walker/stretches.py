@@ -100,10 +100,9 @@ def _blocks(items: Iterable[EstimatorInput], params: WalkerParams) -> list[Block
 
 
 def _stillness(blocks: list[Block], params: WalkerParams) -> list[bool]:
-    test, out = Stillness(params), []
-    for block in blocks:
-        out.append(test.push(block, np.zeros(3)))
-    return [*out[1:], test.last()] if blocks else []
+    test = Stillness(params)
+    verdicts = [test.push(block, np.zeros(3)) for block in blocks]
+    return [*verdicts[1:], test.last()] if blocks else []
 
 
 def _run(flags: Sequence[bool], value: bool) -> int:

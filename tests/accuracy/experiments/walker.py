@@ -1,7 +1,8 @@
-"""The walker: Doan & Pham's 20 m in four styles, robustness, other things than walking, coverage."""
+"""The walker: Doan & Pham's 20 m in four styles, robustness, coverage, and what is no walking."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from experiment import (
@@ -139,7 +140,7 @@ def _lose(batch: SampleBatch, lost: np.ndarray) -> list[SampleBatch | Gap]:
     edges = [0, *(np.flatnonzero(np.diff(lost)) + 1).tolist(), len(lost)]
     return [
         Gap(int(batch.t_ns[begin]), end - begin, "lost") if lost[begin] else batch[begin:end]
-        for begin, end in zip(edges[:-1], edges[1:], strict=True)
+        for begin, end in pairwise(edges)
     ]
 
 

@@ -10,6 +10,7 @@ from gaitway_plugins.walker.estimator import WalkerEstimator
 from gaitway_plugins.walker.params import WalkerParams
 
 G = 9.80665
+GRAVITY = np.array([0.0, 0.0, G])
 FINE = 1000
 
 
@@ -136,7 +137,7 @@ def _sensed(hand, rate_hz, imu, noise, gyro_bias, accel_bias, seed, radius_m, tr
     )
     sensor = pos + C @ imu
     accel_n = np.gradient(np.gradient(sensor, 1 / FINE, axis=0), 1 / FINE, axis=0)
-    accel = np.einsum("nij,ni->nj", C, accel_n + [0, 0, G])
+    accel = np.einsum("nij,ni->nj", C, accel_n + GRAVITY)
     rate_pitch, rate_yaw = np.gradient(pitch, 1 / FINE), np.gradient(yaw, 1 / FINE)
     gyro = np.stack([-sp * rate_yaw, rate_pitch, cp * rate_yaw], 1)
     every = round(FINE / rate_hz)

@@ -74,6 +74,12 @@ def test_a_clipped_lift_is_said_and_less_certain(tools):
     assert tools.of(events, "stride")[1].stride_length_sigma_m > plain.stride_length_sigma_m
 
 
+def test_readings_at_the_end_of_the_range_are_seen_without_a_flag(tools):
+    walk = tools.moved("full-lift", steps=3, profile=tools.hump, duration_s=0.6, height_m=0.12)
+    accel = np.clip(walk.channels["accel"], -14.5, 14.5)
+    assert "sensor-clipped" in anomalies(tools, changed(walk, accel=accel))
+
+
 def test_counters_may_wrap_and_begin_anywhere(tools):
     walk = tools.moved("continuous")
     wrapped = {
