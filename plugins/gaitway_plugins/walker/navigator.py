@@ -91,7 +91,7 @@ class WheelNavigator:
         still = calm and self._stands()
         self._calm_s = self._calm_s + block.duration_s if calm and not still else 0.0
         if still:
-            self._stand(block)
+            still = self._stand(block)
         elif wheels.rolling:
             self._roll(block, wheels, mean_vel_n)
         else:
@@ -152,10 +152,15 @@ class WheelNavigator:
         kf.set_block(VEL, _ADRIFT_MPS**2)
         return True
 
-    def _stand(self, block: Block) -> None:
+    def _stand(self, block: Block) -> bool:
+        """Tell the filter that it does not move; return whether it stands on the floor."""
         kf, p = self._kf, self._params
         kf.correct(zero_velocity(kf, p.still_speed_sigma_mps))
         kf.correct(zero_rate(kf, block.gyro_d.mean(axis=0).tolist(), p.still_rate_sigma_radps))
+        if self._held():
+            self._free_s += block.duration_s
+            self._still = 0
+            return False
         floor = height(kf, self._arm_d, 0.0, p.floor_sigma_m)
         if 0.0 < self._free_s <= p.max_lift_s and kf.innovation(floor).nis < _GATE:
             kf.correct(floor)
@@ -163,6 +168,13 @@ class WheelNavigator:
         self._still += 1
         self._rest_up_d = up_d(kf)
         self._rest_pitch_rad = pitch_of(to_matrix(kf.q_nd))
+        return True
+
+    def _held(self) -> bool:
+        kf, p = self._kf, self._params
+        up_m = float(kf.pos_n[2] - (to_matrix(kf.q_nd) @ self._arm_d)[2])
+        sure_m = max(p.held_m, 4.0 * math.sqrt(kf.covariance[2, 2]))
+        return 0.0 < self._free_s <= p.max_lift_s and up_m > sure_m
 
     def _roll(self, block: Block, wheels: Rolled, mean_vel_n: Floats) -> None:
         kf, p = self._kf, self._params

@@ -28,7 +28,7 @@ class WalkerParams(Params):
     """Samples are judged, and wheels read, in blocks of this length."""
     max_bridge_s: float = Field(1.0, ge=0.0)
     """Longest gap across which the wheels' counts go on; a longer one begins anew."""
-    still_rate_max_radps: float = Field(0.05, gt=0.0)
+    still_rate_max_radps: float = Field(0.1, gt=0.0)
     """And when within the block it spreads less than this: a hand may tremble."""
     still_step_max_mps2: float = Field(0.2, gt=0.0)
     """And when its mean specific force differs less from that of the blocks around it."""
@@ -39,6 +39,8 @@ class WalkerParams(Params):
     glide_s: float = Field(0.6, gt=0.0)
     """A lifted walker that glides evenly looks still: as long as this the filter's velocity is
     believed instead."""
+    held_m: float = Field(0.03, gt=0.0)
+    """A walker that stands still so high above where it was is held in the air."""
     stop_s: float = Field(0.2, gt=0.0)
     """Wheels that stand so long have stopped."""
 

@@ -40,7 +40,7 @@ DEFAULTS: Final[Mapping[str, str | float]] = {
     "style": "continuous",
     "turns": 0.0,
     "wheel_slip": 0.02,
-    "wheel_radius": 0.004,
+    "wheel_radius": 0.0035,
     "modulation": 0.0,
     "step_m": 0.0,
     "shock": 1.0,

@@ -79,7 +79,7 @@ def test_nothing_but_walking_makes_a_step(walker, does):
     assert walker.summarise(events)["style_counts"] == dict.fromkeys(STYLES, 0)
 
 
-@pytest.mark.parametrize("conditions", [{"stile": "mixed"}, {"style": "hopping"}])
+@pytest.mark.parametrize("conditions", [{"styles": "mixed"}, {"style": "hopping"}])
 def test_an_unknown_condition_is_refused(conditions):
-    with pytest.raises(ValueError, match="sti?y?le"):
+    with pytest.raises(ValueError, match="style"):
         simulate(WalkPlan(5.0, conditions=conditions))

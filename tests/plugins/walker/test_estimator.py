@@ -18,7 +18,7 @@ HARD = {
 @pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"rate_hz": 50.0}, {"rate_hz": 200.0, **HARD}, {"sway_rad": 0.004}, {"rest_s": 1.0}],
+    [{}, {"rate_hz": 50.0}, {"rate_hz": 200.0, **HARD}, {"sway_rad": 0.008}, {"rest_s": 1.0}],
     ids=str,
 )
 def test_every_step_is_counted_with_its_style_and_length(tools, style, changes):
@@ -37,6 +37,22 @@ def test_an_even_glide_in_the_air_is_no_standing(tools, duration_s):
     events = tools.said(walk)
     assert len(tools.of(events, "stride")) == 10
     assert tools.distance(events).distance_m == pytest.approx(walk.distance_m, rel=0.01)
+
+
+def test_a_lift_may_pause_in_the_air(tools):
+    hand = tools.Hand()
+    hand.go(2.0)
+    for _ in range(5):
+        hand.go(0.4, climb=tools.hump(0.08))
+        hand.go(0.4)
+        hand.go(0.8, lift=tools.hump(0.4))
+        hand.go(0.4)
+        hand.go(0.4, climb=tools.hump(-0.08))
+        hand.go(1.0)
+    hand.go(2.0)
+    events = tools.said(tools.sensed(hand))
+    assert [s.style for s in tools.of(events, "stride")] == ["full-lift"] * 5
+    assert tools.distance(events).distance_m == pytest.approx(2.0, abs=0.03)
 
 
 @pytest.mark.parametrize("imu", [(-0.2, 0.1, 0.9), (0.1, -0.1, 0.3)])
@@ -189,6 +205,26 @@ def test_a_restart_in_the_middle_of_a_roll_loses_no_distance(tools):
     events += after.update(Gap(t_ns=6 * 10**9, n_missing=40, reason="link-down"))
     events += [*after.update(walk.batch(640)), *after.finish()]
     assert tools.distance(events).distance_m == pytest.approx(walk.distance_m, rel=0.005)
+
+
+def test_the_filter_is_consistent_and_its_covariance_one(tools):
+    estimator = WalkerEstimator(WalkerParams())
+    kf = estimator._navigator._kf
+    correct, nis = kf.correct, []
+
+    def listened(measurement):
+        assert np.linalg.eigvalsh(kf.covariance).min() > -1e-12
+        assert np.array_equal(kf.covariance, kf.covariance.T)
+        found = correct(measurement)
+        nis.append(found.nis / len(measurement.z))
+        return found
+
+    kf.correct = listened
+    for style in STYLES:
+        walk = tools.moved(style, steps=4, noise=0.03, gyro_bias=(0.01, 0.01, -0.01))
+        estimator.update(walk.batch(start_ns=0))
+    assert np.mean(nis) < 1.0
+    assert np.mean(np.array(nis) > 9.0) < 0.01
 
 
 @pytest.mark.parametrize("style", STYLES)
