@@ -26,6 +26,7 @@ single vectors are tuples of floats (``gaitway.estimation.rotation`` says why).
 """
 
 from gaitway.estimation import rotation
+from gaitway.estimation.clipping import ClipDetector
 from gaitway.estimation.error_state import (
     STANDARD_GRAVITY_MPS2,
     ErrorStateFilter,
@@ -61,6 +62,7 @@ __all__ = [
     "Break",
     "CentredHold",
     "CentredMean",
+    "ClipDetector",
     "ErrorStateFilter",
     "GapBridge",
     "ImuBlock",

@@ -135,18 +135,22 @@ class WalkLedger:
         events.append(self.distance(t_ns))
         return events
 
-    def add_unmeasured(self, duration_s: float, *, ongoing: bool = False) -> None:
+    def add_unmeasured(
+        self, duration_s: float, *, speed_sigma_mps: float | None = None, ongoing: bool = False
+    ) -> None:
         """Count time that may have been walking but gave no measure; sigma grows, distance not.
 
         Args:
-            duration_s: Of the time.
+            duration_s: How long.
+            speed_sigma_mps: How fast that may have been; ``unseen_speed_mps`` where None, 0 where
+                strides with a sigma of their own are counted for it.
             ongoing: It goes on with the time of the call before, so that the two are one.
         """
+        speed_mps = self._unseen_speed_mps if speed_sigma_mps is None else speed_sigma_mps
         self._unmeasured_s += duration_s
         before_s = self._stretch_s if ongoing else 0.0
         self._stretch_s = before_s + duration_s
-        grown_s2 = self._stretch_s**2 - before_s**2
-        self._unseen_variance_m2 += grown_s2 * self._unseen_speed_mps**2
+        self._unseen_variance_m2 += (self._stretch_s**2 - before_s**2) * speed_mps**2
 
     def advance(self, t_ns: int) -> list[Event]:
         """Let time pass up to t_ns; return the end of the bout when the pause grew too long."""
