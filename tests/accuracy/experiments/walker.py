@@ -60,7 +60,7 @@ def _robustness() -> list[Experiment]:
         Experiment(
             device=DEVICE, name=f"20 m mixed, {name}", figures=figures, quick=2,
             plans=[_plan(20.0, FIRST_SEED + 200 + walk, style="mixed", more=conditions, **plan)
-                   for walk in range(8)],
+                   for walk in range(6)],
             methods={"default": _walked(cut=cut)},
             targets=(Target("rmse_m", 0.25), Target("style_percent", 95.0, True)),
         )

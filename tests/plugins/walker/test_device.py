@@ -46,25 +46,25 @@ def test_a_simulated_walk_has_the_truth_of_every_step(style):
 
 @pytest.mark.parametrize("style", STYLES)
 def test_each_style_is_measured_and_recognised(walker, style):
-    plan = WalkPlan(8.0, seed=11, conditions={"style": style, "sensor": "cheap", "tilt_deg": 1.0})
+    plan = WalkPlan(5.0, seed=11, conditions={"style": style, "sensor": "cheap", "tilt_deg": 1.0})
     walk, events = walked(walker, plan)
     summary = walker.summarise(events)
     assert summary["style_counts"] == Counter(walk.truth["style"]) | dict.fromkeys(
         set(STYLES) - {style}, 0
     )
     told = [event for event in events if event.kind == "distance"][-1]
-    assert told.distance_m == pytest.approx(walk.distance_m, rel=0.015)
+    assert told.distance_m == pytest.approx(walk.distance_m, rel=0.02)
     assert summary["net_displacement_m"] == pytest.approx(walk.distance_m, rel=0.03)
 
 
 def test_a_mixed_walk_keeps_its_styles_apart(walker):
-    walk, events = walked(walker, WalkPlan(12.0, seed=5, conditions={"style": "mixed"}))
+    walk, events = walked(walker, WalkPlan(8.0, seed=5, conditions={"style": "mixed"}))
     styles = [event.style for event in events if event.kind == "stride"]
     assert styles == list(walk.truth["style"])
 
 
 def test_a_turn_back_ends_where_it_began(walker):
-    plan = WalkPlan(10.0, seed=2, turn_back=True, conditions={"style": "step-by-step"})
+    plan = WalkPlan(5.0, seed=2, turn_back=True, conditions={"style": "step-by-step"})
     walk, events = walked(walker, plan)
     summary = walker.summarise(events)
     true_m = float(np.hypot(*walk.pos_n[-1, :2]))
