@@ -17,6 +17,8 @@ takes a sample at a time, costs the same for every sample, and says how much lat
     arithmetic is machine code or its slow twin;
 ``Saveable``
     gives an estimator ``save`` and ``restore``;
+``StrideInterpolation``
+    tells what strides missing samples hid in mid-walk;
 ``WalkLedger``
     keeps the books: strides in; stride, distance and bout events out.
 
@@ -34,6 +36,7 @@ from gaitway.estimation.error_state import (
     Measurement,
 )
 from gaitway.estimation.gaps import BlockBridge, Break, GapBridge, ImuBlock, ImuSample
+from gaitway.estimation.interpolation import LostStrides, StrideInterpolation
 from gaitway.estimation.kernels import COMPILED
 from gaitway.estimation.ledger import WalkLedger
 from gaitway.estimation.measurements import (
@@ -69,11 +72,13 @@ __all__ = [
     "ImuNoise",
     "ImuSample",
     "Innovation",
+    "LostStrides",
     "Measurement",
     "Rest",
     "RestDetector",
     "Saveable",
     "StanceDetector",
+    "StrideInterpolation",
     "WalkLedger",
     "align_at_rest",
     "gravity",

@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitway.api import Anomaly, Event, Floats
 from gaitway.estimation import norms
+from gaitway_plugins.crutch_tip.dragging import DragCheck
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
 from gaitway_plugins.crutch_tip.stream import CLIPPED, FELT, FORCE, GYRO_D, Rows
 
@@ -16,6 +17,10 @@ DRAG_FORCE_SHARE: Final = 0.1
 FALL_MPS2: Final = 3.0
 FALL_S: Final = 0.2
 """Free fall, 20 cm deep."""
+NEGATIVE_NEWTON: Final = -15.0
+"""No unloaded sensor reads less, unless its offset has drifted."""
+STUCK_RAD: Final = 0.5
+"""A loaded crutch that turned by so much with one and the same force has a dead sensor."""
 AGAIN_S: Final = 10.0
 """An anomaly that goes on is told again after this."""
 DISAGREEING: Final = 4
@@ -35,6 +40,9 @@ class Checks:
         self._params = params
         self._period_s = period_s
         self._dragged_s = self._fell_s = self._beyond_s = 0.0
+        self._last_newton = float("nan")
+        self._stuck_rad = 0.0
+        self._drag = DragCheck(params.force_min_newton, period_s)
         self._disagreeing = 0
         self._quiet_until_ns: dict[str, int] = {}
 
@@ -53,6 +61,17 @@ class Checks:
         found: list[Event] = []
         if self._dragged_s >= DRAG_S:
             found += self._tell(t_ns, "dragging", "the tip touches the floor but is never loaded")
+        if self._drag.extend(values[:, GYRO_D][:, 1], force):
+            found += self._tell(
+                t_ns, "dragging", "the tip is swung forward without leaving the floor"
+            )
+        if self._drag.level_newton < NEGATIVE_NEWTON:
+            detail = f"{self._drag.level_newton:.0f} N in a swing: the force's offset has drifted"
+            found += self._tell(t_ns, "force-implausible", detail)
+        if self._stuck(rows):
+            found += self._tell(
+                t_ns, "force-implausible", "the force is stuck while the crutch turns"
+            )
         if self._fell_s >= FALL_S:
             found += self._tell(t_ns, "device-dropped", "free fall: the crutch was dropped")
         if beyond:
@@ -62,6 +81,16 @@ class Checks:
         if values[:, CLIPPED].any():
             found += self._tell(t_ns, "sensor-clipped", "an axis was at the end of its range")
         return found
+
+    def _stuck(self, rows: Rows) -> bool:
+        """Return whether a loaded force has not changed by a digit while the crutch turned."""
+        force = rows.values[:, FORCE]
+        same = bool((force == force[0]).all()) and float(force[0]) == self._last_newton
+        self._last_newton = float(force[-1])
+        turned = float(norms(rows.values[:, GYRO_D]).sum()) * self._period_s
+        loaded = self._last_newton >= self._params.force_min_newton
+        self._stuck_rad = self._stuck_rad + turned if same and loaded else 0.0
+        return self._stuck_rad > STUCK_RAD
 
     def stance(self, t_ns: int, by_gyro_rad: float, by_inclinometer_rad: float) -> list[Event]:
         """Take by how much a stance turned the crutch, as each sensor says."""

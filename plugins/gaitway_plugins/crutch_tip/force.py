@@ -1,6 +1,7 @@
 """From volts to newtons, and from newtons to contact and lift."""
 
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -35,7 +36,8 @@ def piecewise_line(x: Floats, knots_x: Floats, knots_y: Floats) -> Floats:
     return y
 
 
-class Edge(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Edge:
     """The crutch is loaded or relieved.
 
     Attributes:

@@ -1,5 +1,6 @@
 """Parameters of the crutch tip, in SI units, so that they hold at any sample rate."""
 
+from itertools import pairwise
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
@@ -63,6 +64,13 @@ class CrutchTipParams(Params):
 
     inclination_sigma_rad: float = Field(0.008, gt=0.0)
     """Standard deviation of a stance's mean inclination, from mounting and acceleration."""
+    inclination_shared_sigma_rad: float = Field(0.0045, ge=0.0)
+    """Standard deviation of what all inclinations share and no filter sees: offset and lag of the
+    inclinometer (paper, 2.2: 0.8 degrees of nonlinearity at most), mounting by eye."""
+    inclination_lag_s: float = Field(0.01, ge=0.0)
+    """By how much the inclinometer may be late: 18 Hz of bandwidth."""
+    inclination_lever_s2: float = Field(0.02, ge=0.0)
+    """Its error for each rad/s^2 of angular acceleration: lever arm over gravity."""
     inclination_window_s: float = Field(0.4, gt=0.0)
     """The inclinometer is taken in as means over this, within a stance."""
     roll_sigma_rad: float = Field(0.1, gt=0.0)
@@ -93,6 +101,6 @@ class CrutchTipParams(Params):
                 "they need the same number, 2 or more"
             )
         for name, knots in (("force_knots_volt", volts), ("force_knots_newton", newtons)):
-            if any(b <= a for a, b in zip(knots, knots[1:], strict=False)):
+            if any(b <= a for a, b in pairwise(knots)):
                 raise ValueError(f"{name} {list(knots)}: must rise")
         return self

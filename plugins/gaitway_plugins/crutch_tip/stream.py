@@ -15,6 +15,7 @@ from gaitway_plugins.crutch_tip.params import CrutchTipParams
 
 GYRO_D, FORCE, UP_D, FELT, CLIPPED = slice(0, 3), 3, slice(4, 6), 6, 7
 COLUMNS: Final = 8
+_NEEDED: Final = [0, 1, 2, FORCE, UP_D.start]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +67,7 @@ class Stream:
             self._restarted |= item.reason == "device-restart"
             return []
         rows = self._rows(item)
-        good = np.isfinite(rows.values[:, [0, 1, 2, FORCE, UP_D.start]]).all(axis=1)
+        good = np.logical_and.reduce(np.isfinite(rows.values[:, _NEEDED]), axis=1)
         out: list[Rows | Break] = []
         edges = [0, *(np.flatnonzero(np.diff(good)) + 1).tolist(), len(good)]
         for start, stop in pairwise(edges):

@@ -1,9 +1,10 @@
 """The crutch's tilt: three gyroscope axes integrated, brought back by each stance's inclination.
 
-The paper integrates the gyroscope's y axis alone, so that a crutch that leans sideways takes a turn
-of its user for a change of pitch. Here the whole attitude is integrated: an ``ErrorStateFilter`` of
-which only attitude and gyroscope bias are used. An inclination is taken in as the mean difference to
-what was integrated meanwhile, so the crutch may move on while it is measured.
+The paper integrates the gyroscope's y axis alone, so that a crutch that leans sideways takes a
+turn of its user for a change of pitch. Here the whole attitude is integrated: an
+``ErrorStateFilter`` of which only attitude and gyroscope bias are used. An inclination is taken in
+as the mean difference to what was integrated meanwhile, so the crutch may move on while it is
+measured.
 """
 
 from typing import Final
@@ -27,7 +28,7 @@ _BEGIN_SIGMA_RAD: Final = 0.15
 _LOST_RADPS: Final = 1.0
 """How fast a crutch may have turned while no samples came."""
 _NIS_MAX: Final = 40.0
-"""An inclination that disagrees by more says that the tilt was lost, and is where it begins anew."""
+"""An inclination that disagrees by more says that the tilt was lost: it begins anew there."""
 _REST_RATE_RADPS: Final = 0.004
 
 
@@ -134,7 +135,7 @@ def vertical_d(q_nd: Floats) -> Floats:
 
 
 def pitch_rad(q_nd: Floats) -> Floats:
-    """Return the pitch of attitudes of shape (n, 4), negative where the tip is ahead, shape (n,)."""
+    """Return the pitch of attitudes (n, 4), negative where the tip is ahead, shape (n,)."""
     pitch: Floats = -np.arcsin(np.clip(vertical_d(q_nd)[:, 0], -1.0, 1.0))
     return pitch
 

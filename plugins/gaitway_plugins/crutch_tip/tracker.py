@@ -65,6 +65,15 @@ class TiltTracker:
         period_s: Of the samples.
     """
 
+    _first: int
+    _told: int
+    _corrected: int
+    _used: int
+    _stance_from: int | None
+    _q_nd: Floats
+    _sigma_rad: Floats
+    _values: Floats
+
     def __init__(self, params: CrutchTipParams, period_s: float) -> None:
         self._params = params
         self._period_s = period_s
@@ -107,17 +116,22 @@ class TiltTracker:
             self._learn(self._used, index - self._edge)
 
     def pitch(self, index: int) -> tuple[float, float]:
-        """Return pitch and its standard deviation at a sample of the last seconds."""
+        """Return pitch and its standard deviation at a contact or lift, whose time is uncertain."""
         row = min(max(0, index - self._first), len(self._q_nd) - 1)
         sigma_rad = max(float(self._sigma_rad[row]), self._tilt.pitch_sigma_rad())
-        return float(pitch_rad(self._q_nd[row : row + 1])[0]), sigma_rad
+        moment = slice(max(0, row - 1), row + 2)
+        rate_radps = float(np.abs(self._values[moment, GYRO_D][:, 1]).max())
+        timing_rad = rate_radps * self._params.stride_time_sigma_s
+        shared_rad = self._params.inclination_shared_sigma_rad
+        told_rad = float(np.hypot(np.hypot(sigma_rad, shared_rad), timing_rad))
+        return float(pitch_rad(self._q_nd[row : row + 1])[0]), told_rad
 
     def settle(self, *, all_of_them: bool = False) -> Settled:
         """Return the pitches that won't change any more, each once, in order."""
         end = self._first + len(self._q_nd)
         until = end if all_of_them else max(self._corrected, end - self._keep)
         rows = slice(self._told - self._first, max(self._told, until) - self._first)
-        settled = Settled(pitch_rad(self._q_nd[rows]), self._sigma_rad[rows])
+        settled = Settled(pitch_rad(self._q_nd[rows]), self._told_sigma(self._sigma_rad[rows]))
         self._told = max(self._told, until)
         self._forget(max(0, min(self._told, end - self._keep) - self._first))
         return settled
@@ -130,10 +144,9 @@ class TiltTracker:
     def _clear(self) -> None:
         self._first = self._told = self._corrected = self._used = 0
         self._rested = 0
-        self._stance_from: int | None = None
-        self._q_nd: Floats = np.empty((0, 4))
-        self._sigma_rad: Floats = np.empty(0)
-        self._values: Floats = np.empty((0, 0))
+        self._stance_from = None
+        self._q_nd = np.empty((0, 4))
+        self._sigma_rad = np.empty(0)
         self._values = np.empty((0, 8))
 
     def _forget(self, rows: int) -> None:
@@ -165,13 +178,32 @@ class TiltTracker:
         if count < self._least:
             return
         few = max(1.0, self._window / count)
+        own_rad = self._params.inclination_sigma_rad * float(np.sqrt(few))
         correction = self._tilt.correct(
             self._q_nd[window],
             self._values[window, UP_D],
             (end - 0.5 * (start + stop)) * self._period_s,
-            self._params.inclination_sigma_rad * float(np.sqrt(few)),
+            float(np.hypot(own_rad, self._moving_rad(self._values[window, GYRO_D]))),
         )
         self._spread(correction, min(end, 0.5 * (start + stop)), end)
+
+    def _moving_rad(self, gyro_d: Floats) -> float:
+        """Return by how much motion disturbs a mean inclination: it is late, and feels its lever.
+
+        In a stance this is little; in a swing that is taken for one, because the tip is dragged, it
+        says that hardly anything was seen.
+        """
+        p, rate = self._params, gyro_d[:, :2]
+        spin = np.diff(rate, axis=0) / self._period_s
+        pushed = (
+            p.inclination_lever_s2 * float(np.abs(spin.mean(axis=0)).max()) if len(spin) else 0.0
+        )
+        return float(np.hypot(p.inclination_lag_s * np.abs(rate.mean(axis=0)).max(), pushed))
+
+    def _told_sigma(self, sigma_rad: Floats) -> Floats:
+        """Return standard deviations with what all inclinations share."""
+        told: Floats = np.hypot(sigma_rad, self._params.inclination_shared_sigma_rad)
+        return told
 
     def _spread(self, correction: Floats, middle: float, end: int) -> None:
         """Turn what was integrated since the last correction by its share of this one."""
@@ -203,6 +235,13 @@ class PublishedTracker:
 
     SIGMA_RAD: Final = float(np.radians(1.40))
     """The paper's Table 2, cycles without turning."""
+
+    _first: int
+    _told: int
+    _contact: int
+    _pitch: Floats
+    _rate: Floats
+    _inclination: Floats
 
     def __init__(self, params: CrutchTipParams, period_s: float) -> None:
         self._period_s = period_s
@@ -266,9 +305,9 @@ class PublishedTracker:
         """Take that samples are missing; indexes begin at 0 again."""
         del duration_s
         self._first = self._told = self._contact = 0
-        self._pitch: Floats = np.empty(0)
-        self._rate: Floats = np.empty(0)
-        self._inclination: Floats = np.empty(0)
+        self._pitch = np.empty(0)
+        self._rate = np.empty(0)
+        self._inclination = np.empty(0)
 
 
 def make_tracker(params: CrutchTipParams, period_s: float) -> Tracker:

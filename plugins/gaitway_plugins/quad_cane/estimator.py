@@ -11,6 +11,7 @@ from gaitway.api import EstimatorInput, Event, Floats, Ints, SampleBatch, Trace
 from gaitway.estimation import BlockBridge, Break, ImuBlock, Saveable, StanceDetector
 from gaitway_plugins.quad_cane.accounts import Accounts
 from gaitway_plugins.quad_cane.activity import WalkingTest, tilt_from_gravity_rad
+from gaitway_plugins.quad_cane.checks import FallCheck
 from gaitway_plugins.quad_cane.navigator import Navigator
 from gaitway_plugins.quad_cane.params import QuadCaneParams
 from gaitway_plugins.quad_cane.placements import Phase, Placements
@@ -120,6 +121,7 @@ class Stretch:
             accel_max_mps2=params.stance_accel_max_mps2,
             gyro_max_radps=params.stance_gyro_max_radps,
         )
+        self._falls = FallCheck(period_s)
         self._test = WalkingTest(params, period_s)
         tuning = Tuning.of(params, period_s)
         self._tilt_from_gravity = tuning.tilt_from_gravity
@@ -128,6 +130,7 @@ class Stretch:
             half=self._stance.half,
             every=tuning.zero_velocity_every,
             settle=min(round(params.settle_s / period_s), self._test.half - self._stance.half),
+            least=round(params.min_stance_s / period_s),
             max_swing=round(params.max_swing_s / period_s),
             stood=stood,
         )
@@ -143,13 +146,14 @@ class Stretch:
 
     def extend(self, block: ImuBlock) -> list[Event]:
         """Take samples; return what is now known of earlier ones."""
+        fallen = self._falls.extend(block)
         quiet = self._stance.extend(block.accel_d, block.gyro_d)
         waiting = ImuBlock.joined(self._to_navigate, block) if self._to_navigate else block
         ready = max(0, len(waiting) - self._stance.half)
         self._to_navigate = waiting[ready:]
         if not ready:
-            return []
-        return self._navigate(waiting[:ready], quiet[-ready:])
+            return fallen
+        return [*self._navigate(waiting[:ready], quiet[-ready:]), *fallen]
 
     def finish(self) -> list[Event]:
         """Return what is known of the samples still held back.

@@ -45,12 +45,14 @@ class Landing:
         way: From the stance before; None where it could not be measured.
         seen: The contact itself was seen.
         as_before: After missing samples: it stands as it stood before them.
+        tilt_rad: Of the shaft, where the way is known.
     """
 
     index: int
     way: Displacement | None = None
     seen: bool = True
     as_before: bool = False
+    tilt_rad: float = 0.0
 
 
 Record = Lift | Clip | Landing
@@ -95,6 +97,7 @@ class Placements:
         half: Half a quiet window, samples.
         every: From one zero velocity to the next within a stance, samples.
         settle: Samples.
+        least: Shortest quiet time of a contact, samples.
         max_swing: Longest swing that is navigated, samples.
         stood: The cane stood when the samples before these ended.
 
@@ -110,6 +113,7 @@ class Placements:
         half: int,
         every: int,
         settle: int,
+        least: int,
         max_swing: int,
         stood: bool,
     ) -> None:
@@ -117,6 +121,7 @@ class Placements:
         self._half: Final = half
         self._every: Final = every
         self._settle: Final = settle
+        self._least: Final = least
         self._max_swing: Final = max_swing
         self._first = 0
         self._lift_index = 0
@@ -160,7 +165,8 @@ class Placements:
         if self._landing_open:
             self._landing_open = False
             self._since_landing.clear()
-            self._tell(index, Landing(self._floor_index(), self._navigator.displacement()))
+            way, tilt_rad = self._navigator.displacement(), self._navigator.tilt_rad()
+            self._tell(index, Landing(self._floor_index(), way, tilt_rad=tilt_rad))
 
     def _tell(self, index: int, record: Record) -> None:
         self.records.append(Told(index, record))
@@ -193,7 +199,11 @@ class Placements:
     def _stand(self, block: ImuBlock, row: int, loud: int, poses: Floats) -> int:
         """Go on in a stance to its next zero velocity or its end; return the row after."""
         if row == loud:
-            self._lift(self._first + row, self._first + row - 1 + self._half)
+            index = self._first + row
+            if self._landing_open and index - self._contact_index < self._least:
+                self._take_back()
+            else:
+                self._lift(index, index - 1 + self._half)
             return row
         stop = min(loud, self._stood_index + self._every - self._first + 1)
         if stop > row:
@@ -216,7 +226,14 @@ class Placements:
         if not self._landing_open:
             self._lift(index, index)
             return
-        # It never stood: a swing that slows down smoothly looks like a contact before its end.
+        self._take_back()
+
+    def _take_back(self) -> None:
+        """Go on with the swing: it never stood.
+
+        A swing that slows down smoothly looks like a contact before its end, a waving hand like one
+        where it turns.
+        """
         self._navigator.unland(self._since_landing)
         self._since_landing.clear()
         self._landing_open = False

@@ -186,7 +186,9 @@ class Accounts:
         events: list[Event] = [Anomaly(t_ns=lost.t_ns, anomaly=lost.anomaly, detail=told)]
         for start_ns, end_ns in pairwise(lost.bounds_ns(count)):
             sigma_m = p.lost_stride_sigma * length_m
-            events += self._ledger.add_stride(start_ns, end_ns, length_m, sigma_m)
+            events += self._ledger.add_stride(
+                start_ns, end_ns, length_m, sigma_m, interpolated=True
+            )
         return events
 
     def _sigma_m(self, way: Way, cycle_s: float, clipped_s: float) -> float:

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from gaitway.estimation import WalkLedger
-from gaitway.events import Bout, Distance, Stride
+from gaitway.events import Anomaly, Bout, Distance, Stride
 
 S = 1_000_000_000
 
@@ -109,3 +109,12 @@ def test_time_without_a_measure_that_goes_on_is_one_time():
         pieces.add_unmeasured(2.0, ongoing=ongoing)
     whole.add_unmeasured(6.0)
     assert pieces.distance(S) == whole.distance(S)
+
+
+def test_a_distance_that_is_of_no_use_says_so_once():
+    books = ledger()
+    told = walk(books, 2)
+    books.add_unmeasured(20.0)
+    told += walk(books, 4, start_s=2)
+    doubts = [event for event in told if isinstance(event, Anomaly)]
+    assert [(doubt.anomaly, doubt.t_ns) for doubt in doubts] == [("distance-untrusted", 3 * S)]
