@@ -3,7 +3,7 @@
 from typing import Final
 
 from gaitway.api import NS_PER_S, Chunk, CodecItem, Fault
-from gaitway_drivers.codecs.xbus.framer import SHORTEST_STALL_NS, Bytes, Framer, MessageRun
+from gaitway_drivers.codecs.xbus.framer import SHORTEST_STALL_NS, Framer, MessageRun
 from gaitway_drivers.codecs.xbus.messages import Mid
 from gaitway_drivers.codecs.xbus.mtdata2 import LayoutCache
 from gaitway_drivers.codecs.xbus.readings import read
@@ -68,7 +68,7 @@ class XbusCodec:
         items: list[CodecItem] = []
         for run in runs:
             if run.mid == Mid.MTDATA2:
-                items += self._measure(run.payloads)
+                items += self._measure(run)
             else:
                 for payload in run.payloads:
                     items += self._answer(run.mid, payload.tobytes())
@@ -84,16 +84,16 @@ class XbusCodec:
                 self._sampler.period_s = 1.0 / self._session.rate_hz
         return items
 
-    def _measure(self, payloads: Bytes) -> list[CodecItem]:
+    def _measure(self, run: MessageRun) -> list[CodecItem]:
         if self._session is not None and not self._session.streaming:
             self._session.on_measurement()
             if not self._session.streaming:
                 return []  # sent before the device heard GoToConfig
         items: list[CodecItem] = []
-        for layout, alike in self._layouts.split(payloads):
+        for layout, alike in self._layouts.split(run):
             if layout.fault:
                 detail = f"a measurement can't be read: {layout.fault}"
-                items.append(Fault(self._t_ns, "bad-payload", len(alike), detail))
+                items.append(Fault(self._t_ns, "bad-payload", alike.messages, detail))
             self._sampler.add(self._t_ns, read(layout, alike))
         return items
 
