@@ -8,8 +8,8 @@ STAMP := $(VENV)/.installed
 
 install: $(STAMP)
 
-# The stamp depends on pyproject.toml alone: code is installed editable, entry points are not.
-$(STAMP): pyproject.toml
+# Python code is installed editable; entry points and the compiled kernels are not.
+$(STAMP): pyproject.toml hatch_build.py $(wildcard gateway/gaitway/estimation/_*.[ch])
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $@
@@ -39,4 +39,5 @@ bench: install
 	$(BIN)/python tests/bench
 
 clean:
+	rm -f gateway/gaitway/estimation/_kernels.*.so
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis dist

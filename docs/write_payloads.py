@@ -9,11 +9,15 @@ from gaitway.events import EVENT_TYPES, Event
 
 DOCS = Path(__file__).parent
 
+RUN = (
+    "Identity of this run of the gateway; new with each start. Sums since since_t_ns and open "
+    "bouts may go on from the run before: t_ns is comparable within one boot of the host."
+)
 ENVELOPE: dict[str, tuple[str, str]] = {
     "device": ("string", "Id of the device, as configured."),
     "device_type": ("string", "Its type, for example quad-cane."),
     "kind": ("string", "The last chunk of the key."),
-    "run": ("string", "Identity of this run of the gateway; new with each start."),
+    "run": ("string", RUN),
     "sequence": ("integer", "Number of this payload among its key's in this run, from 0."),
     "time_utc": ("string", "Wall-clock time of t_ns, ISO 8601 with microseconds."),
 }

@@ -1,7 +1,8 @@
 """From device time to host time: where the ``SampleBatch`` of a live device is made."""
 
 import itertools
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 import numpy as np
 
@@ -32,9 +33,38 @@ class Aligner:
         self._sequence = 0
         self._link_was_down = False
 
+    @property
+    def begun(self) -> bool:
+        """Whether there were samples yet."""
+        return self._last_t_ns is not None
+
     def link_opened(self) -> None:
         """Note that a link opens, so that the next hole is put down to it."""
         self._link_was_down = self._last_t_ns is not None
+
+    def save(self) -> dict[str, Any]:
+        """Return where it is, ready for JSON."""
+        return {
+            "clock": self._clock.save(),
+            "last_device_ns": self._last_device_ns,
+            "last_t_ns": self._last_t_ns,
+            "sequence": self._sequence,
+        }
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what was saved within the same boot of the host; the link was down since.
+
+        Raises:
+            LookupError: Something is missing.
+            TypeError: Something is of another type.
+            ValueError: Something can't be.
+        """
+        last_device_ns, last_t_ns = int(saved["last_device_ns"]), int(saved["last_t_ns"])
+        sequence = int(saved["sequence"])
+        self._clock.restore(saved["clock"])
+        self._last_device_ns, self._last_t_ns = last_device_ns, last_t_ns
+        self._sequence = sequence
+        self._link_was_down = True
 
     def align(self, batch: DeviceBatch) -> list[EstimatorInput | Fault]:
         """Return the samples in host time, the gaps between them, and what had to be dropped."""

@@ -25,6 +25,7 @@ class Registry:
         codecs: By name.
         devices: By name.
         loaded: Names of the plugins in use, with the distribution and version each came from.
+        device_origins: Device types to the plugin that offers each, with distribution and version.
         failures: One error per plugin that can't be used, by entry-point name.
         disabled_found: Names of the installed plugins that the configuration switched off.
     """
@@ -33,6 +34,7 @@ class Registry:
     codecs: dict[str, CodecType] = field(default_factory=dict)
     devices: dict[str, DeviceType] = field(default_factory=dict)
     loaded: dict[str, str] = field(default_factory=dict)
+    device_origins: dict[str, str] = field(default_factory=dict)
     failures: dict[str, PluginError] = field(default_factory=dict)
     disabled_found: tuple[str, ...] = ()
 
@@ -71,6 +73,7 @@ class Registry:
         self.devices.update({offer.name: offer for offer in devices})
         origin = f"{ep.dist.name} {ep.dist.version}" if ep.dist else "unknown"
         self.loaded[ep.name] = origin
+        self.device_origins.update({offer.name: f"{ep.name} of {origin}" for offer in devices})
 
 
 def load_registry(

@@ -7,9 +7,10 @@ setting the date, or by a Pi without a battery-backed clock learning the time an
 import asyncio
 import time
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Protocol
+from typing import Any, Protocol
 
 NS_PER_S = 1_000_000_000
 
@@ -117,6 +118,37 @@ class DeviceClock:
     def reset(self) -> None:
         """Forget everything: the device's clock began anew."""
         self.__init__()  # type: ignore[misc]  # the initial state, written once
+
+    def save(self) -> dict[str, Any]:
+        """Return what it knows, ready for JSON."""
+        return {
+            "windows": [list(window) for window in self._windows],
+            "window_end_ns": self._window_end_ns,
+            "best": None if self._best is None else list(self._best),
+            "base_device_ns": self._base_device_ns,
+            "base_offset_ns": self._base_offset_ns,
+            "slew": self._slew,
+            "drift": self._drift,
+        }
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what was saved within the same boot of the host.
+
+        Raises:
+            LookupError: Something is missing.
+            TypeError: Something is of another type.
+            ValueError: Something can't be.
+        """
+        windows = [(int(at_ns), int(offset_ns)) for at_ns, offset_ns in saved["windows"]]
+        best, end_ns = saved["best"], saved["window_end_ns"]
+        fresh = DeviceClock()
+        fresh._windows.extend(windows)
+        fresh._window_end_ns = None if end_ns is None else int(end_ns)
+        fresh._best = None if best is None else (int(best[0]), int(best[1]))
+        fresh._base_device_ns = int(saved["base_device_ns"])
+        fresh._base_offset_ns = int(saved["base_offset_ns"])
+        fresh._slew, fresh._drift = float(saved["slew"]), float(saved["drift"])
+        self.__dict__.update(fresh.__dict__)
 
     def observe(self, arrival_ns: int, device_ns: int) -> None:
         """Take the arrival of the sample that the device stamped ``device_ns``."""

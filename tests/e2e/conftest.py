@@ -7,12 +7,17 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from gaitway.bus.subscriber import open_client
+from gaitway.testing.simulated_device import SimulatedDevice
+from gaitway.timebase import HostClock
+from gaitway_drivers import gaitway_codecs
+from gaitway_plugins.quad_cane.simulation import simulate as simulate_cane
 
 READY_S = 20
 
@@ -33,6 +38,9 @@ class Gateway:
             f'bus = {{ listen = ["{self.endpoint}"] }}',
             "recording = { directory = 'recordings', min_free_gb = 0.01 }",
         ]
+
+    def set(self, line):
+        self._lines.insert(0, line)
 
     def add_device(self, name, type_, port, **driver):
         keys = {"transport": "serial", "port": str(port), "codec": "xbus", **driver}
@@ -155,6 +163,31 @@ def simulate(tmp_path):
         process.kill()
         process.wait()
         process.stdout.close()
+
+
+@pytest.fixture
+def cane(tmp_path):
+    """Return a function that plays a simulated cane on a port from a thread."""
+    (xbus,) = gaitway_codecs()
+    running = []
+
+    def start(plan):
+        device = SimulatedDevice(
+            tmp_path / "ports" / "cane", xbus.make_peripheral(plan.rate_hz), HostClock()
+        )
+        walk = simulate_cane(plan)
+        strides = []
+        thread = threading.Thread(target=device.play, args=(walk, strides.append))
+        thread.start()
+        running.append((device, thread))
+        device.walk, device.strides, device.thread = walk, strides, thread
+        return device
+
+    yield start
+    for device, thread in running:
+        device.stop()
+        thread.join()
+        device.__exit__(None, None, None)
 
 
 def run_cli(*arguments, check=True):

@@ -16,37 +16,9 @@ from gaitway.recording.items import Header, LinkChange, RecordedChunk
 from gaitway.recording.reader import read
 from gaitway.samples import Gap, SampleBatch
 from gaitway.testing.pty_port import PtyPort
-from gaitway.testing.simulated_device import SimulatedDevice
 from gaitway.timebase import NS_PER_S, HostClock
-from gaitway_drivers import gaitway_codecs
-from gaitway_plugins.quad_cane.simulation import simulate as simulate_cane
 
 GOLDEN = Path(__file__).parents[1] / "drivers" / "golden"
-
-
-@pytest.fixture
-def cane(tmp_path):
-    """Return a function that plays a simulated cane on a port from a thread."""
-    (xbus,) = gaitway_codecs()
-    running = []
-
-    def start(plan):
-        device = SimulatedDevice(
-            tmp_path / "ports" / "cane", xbus.make_peripheral(plan.rate_hz), HostClock()
-        )
-        walk = simulate_cane(plan)
-        strides = []
-        thread = threading.Thread(target=device.play, args=(walk, strides.append))
-        thread.start()
-        running.append((device, thread))
-        device.walk, device.strides, device.thread = walk, strides, thread
-        return device
-
-    yield start
-    for device, thread in running:
-        device.stop()
-        thread.join()
-        device.__exit__(None, None, None)
 
 
 def of_kind(kind, device=None):

@@ -48,6 +48,7 @@ def play_all(gateway, files, device_type):
     """Play every file to the daemon at the same time, each on a port of its own."""
     (xbus,) = gaitway_codecs()
     names = {f"w{number}": file for number, file in enumerate(files)}
+    gateway.set("resume = { within_s = 0 }")  # the stop ends the walk, as a file's end does
     with ExitStack() as stack:
         threads = []
         for name, file in names.items():

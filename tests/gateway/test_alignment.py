@@ -1,4 +1,7 @@
+import json
+
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -116,3 +119,38 @@ def test_stamps_rise_over_everything_that_can_happen():
     )
     stamps = np.concatenate([item.t_ns for item in items if isinstance(item, SampleBatch)])
     assert (np.diff(stamps) > 0).all()
+
+
+def test_one_that_goes_on_from_a_saved_state_stamps_and_counts_as_if_nothing_had_been():
+    original, restored = Aligner(), Aligner()
+    rng = np.random.default_rng(0)
+    for start in range(0, 60_000, 100):  # ten minutes: windows, slew and drift are all at work
+        arrival_ns = HOST_NS + round((start + 99) * PERIOD_NS * (1 + 3e-5))
+        late_ns = int(rng.exponential(2e6))
+        original.align(device_batch(range(start, start + 100), arrival_ns + late_ns))
+    restored.restore(json.loads(json.dumps(original.save())))
+    original.link_opened()
+    restored.link_opened()
+    late = device_batch(range(60_500, 60_520), HOST_NS + round(60_520 * PERIOD_NS * (1 + 3e-5)))
+    (gap, batch), (gap2, batch2) = original.align(late), restored.align(late)
+    assert (gap.n_missing, gap.reason) == (500, "link-down")
+    assert gap2 == gap
+    assert (batch2.t_ns.tolist(), batch2.sequence) == (batch.t_ns.tolist(), batch.sequence)
+
+
+def test_a_restored_one_estimates_the_gap_when_the_device_s_clock_began_anew():
+    original, restored = Aligner(), Aligner()
+    original.align(device_batch(range(1000, 1100)))
+    restored.restore(original.save())
+    items = restored.align(device_batch(range(5), HOST_NS + 1204 * PERIOD_NS))
+    assert gaps(items) == [(100, "device-restart")]
+
+
+@pytest.mark.parametrize("lost", ["clock", "last_device_ns", "last_t_ns", "sequence"])
+def test_a_state_that_lacks_something_changes_nothing(lost):
+    aligner = Aligner()
+    aligner.align(device_batch(range(9)))
+    before = aligner.save()
+    with pytest.raises(LookupError):
+        aligner.restore({key: value for key, value in before.items() if key != lost})
+    assert aligner.save() == before

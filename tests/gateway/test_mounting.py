@@ -1,9 +1,13 @@
 import itertools
+import json
+import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from gaitway.mounting import DIRECTIONS, mount, rotation_from_mounting
+from gaitway.mounting import DIRECTIONS, mount, mounting_table, rotation_from_mounting
 from gaitway.samples import SampleBatch, frozen_rows
 
 RIGHT_HANDED = []
@@ -61,6 +65,16 @@ def test_attitude_and_vectors_turn_together(ways):
         ({"x": "up", "y": "right", "z": "fwd"}, "mounting.z: 'fwd' is no direction"),
         ({"x": "up", "y": "left", "z": "forward"}, "z points backward, not forward"),
         ({"x": "up", "y": "down", "z": "forward"}, "two axes lie on the same line"),
+        ({"x": [1, 0, 0], "y": [0.02, 1, 0], "z": "forward"}, "two axes lie on the same line"),
+        ({"x": 5, "y": "right", "z": "up"}, "mounting.x: 5 is neither a direction"),
+        ({"x": [1, 0], "y": "left", "z": "up"}, "nor three components [forward, left, up]"),
+        ({"x": [1, 0, "0"], "y": "left", "z": "up"}, "nor three components"),
+        ({"x": [1, 0, math.nan], "y": "left", "z": "up"}, "nor three components"),
+        ({"x": [True, 0, 0], "y": "left", "z": "up"}, "nor three components"),
+        ({"x": [2, 0, 0], "y": "left", "z": "up"}, "length 2, not 1; as a unit vector [1, 0, 0]"),
+        ({"x": [0, 0, 0], "y": "left", "z": "up"}, "length 0, not 1"),
+        ({"x": [0.98, 0, 0.17], "y": "left", "z": "up"}, "x [0.98, 0, 0.17] and z up are 80 deg"),
+        ({"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, -1]}, "z points up, not [0, 0, -1]"),
     ],
 )
 def test_an_impossible_mounting_is_refused_with_the_remedy(mounting, message):
@@ -74,3 +88,53 @@ def test_mounted_samples_are_read_only():
     turned = mount(batch(accel=[[0.0, 0.0, 9.8]]), C_db)
     with pytest.raises(ValueError, match="read-only"):
         turned.channels["accel"][0, 0] = 1.0
+
+
+def random_rotation(seed):
+    q, r = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q if np.linalg.det(q) > 0 else -q
+
+
+@given(st.integers(0, 10_000))
+def test_any_rotation_survives_the_configuration(seed):
+    C_db = random_rotation(seed)
+    table = json.loads(json.dumps(mounting_table(C_db)))
+    found = rotation_from_mounting(table)
+    assert found == pytest.approx(C_db, abs=2e-6)
+    assert found @ found.T == pytest.approx(np.eye(3), abs=1e-14)
+
+
+@given(st.integers(0, 10_000))
+def test_at_any_rotation_attitude_and_vectors_turn_together(seed):
+    C_db = random_rotation(seed)
+    rng = np.random.default_rng(seed)
+    q_nb, accel_b = rng.normal(size=4), rng.normal(size=3)
+    q_nb /= np.linalg.norm(q_nb)
+    turned = mount(batch(accel=[accel_b], q_nb=[q_nb]), C_db)
+    assert matrix(turned.channels["q_nb"][0]) @ turned.channels["accel"][0] == pytest.approx(
+        matrix(q_nb) @ accel_b, abs=1e-12
+    )
+
+
+def test_half_a_turn_about_any_axis_turns_attitude():
+    for axis in ([1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, -2, 3]):
+        u = np.array(axis) / np.linalg.norm(axis)
+        C_db = 2 * np.outer(u, u) - np.eye(3)
+        turned = mount(batch(accel=[[1.0, 2.0, 3.0]], q_nb=[[1.0, 0.0, 0.0, 0.0]]), C_db)
+        assert matrix(turned.channels["q_nb"][0]) == pytest.approx(C_db.T, abs=1e-12)
+
+
+def test_names_and_components_may_be_mixed_and_rounded_ones_are_made_a_rotation():
+    C_db = rotation_from_mounting({"x": [0.98, 0.0, 0.17], "y": "left", "z": [-0.17, 0.0, 0.985]})
+    assert C_db @ C_db.T == pytest.approx(np.eye(3), abs=1e-14)
+    assert math.degrees(math.atan2(C_db[2, 0], C_db[0, 0])) == pytest.approx(9.8, abs=0.1)
+
+
+def test_directions_as_components_are_the_same_as_by_name():
+    for ways in RIGHT_HANDED:
+        named = dict(zip("xyz", ways, strict=True))
+        vectors = {axis: list(DIRECTIONS[way]) for axis, way in named.items()}
+        assert rotation_from_mounting(vectors) == pytest.approx(
+            rotation_from_mounting(named), abs=1e-15
+        )

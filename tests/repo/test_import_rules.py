@@ -12,7 +12,17 @@ SOURCES = ("gateway", "drivers", "plugins")
 ROOMS = {
     "": {""},
     "bus": {"", "config"},
-    "cli": {"", "bus", "config", "offline", "recording", "runtime", "simulation", "testing"},
+    "cli": {
+        "",
+        "bus",
+        "config",
+        "estimation",
+        "offline",
+        "recording",
+        "runtime",
+        "simulation",
+        "testing",
+    },
     "config": {"", "recording"},
     "estimation": {""},
     "offline": {"", "recording"},

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from gaitway.cli.settings import assignments
+from gaitway.cli.settings import calibration_options
 from gaitway.config.edit import write_settings
 from gaitway.config.load import ResolvedDevice, load_config
-from gaitway.config.problems import did_you_mean, validate
+from gaitway.config.problems import did_you_mean
 from gaitway.contracts import (
     Calibration,
     CalibrationPart,
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     if len(arguments.what) > 3:
         raise InputDataError("too many words (CONFIG DEVICE CALIBRATION, or TYPE CALIBRATION)")
     job = _job(arguments.what)
-    options = _options(job.calibration, arguments.set)
+    options = calibration_options(job.calibration, "--set", arguments.set)
     if arguments.files:
         parts = parts_of_files(arguments.files, job.calibration, job.C_db, job.device_id)
     elif job.device is None:
@@ -137,15 +137,6 @@ def _calibration(device_type: DeviceType, name: str) -> Calibration:
         remedy = did_you_mean(name, offered) if offered else "it offers none"
         raise ConfigError(f"{device_type.name} has no calibration {name!r} ({remedy})")
     return offered[name]
-
-
-def _options(calibration: Calibration, settings: Sequence[str]) -> Params:
-    problems: list[Any] = []
-    values = assignments(settings)
-    options = validate(calibration.options, values, Path("--set"), "", problems)
-    if options is None:
-        raise ConfigError("\n".join(str(problem) for problem in problems))
-    return options
 
 
 def _list(what: Sequence[str]) -> int:

@@ -8,7 +8,9 @@ import argparse
 import json
 from pathlib import Path
 
+from gaitway.cli.notices import print_notices
 from gaitway.config.load import load_config
+from gaitway.mounting import describe_axis
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     gateway = loaded.gateway
     for device in loaded.devices:
-        axes = ", ".join(f"{axis} {way}" for axis, way in device.mounting.items())
+        axes = ", ".join(f"{axis} {describe_axis(way)}" for axis, way in device.mounting.items())
         port = getattr(device.transport_params, "port", "")
         print(
             f"{device.config.id}: {device.device_type.name} over {device.transport_type.name}"
@@ -44,5 +46,6 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"recording: {recording.directory if recording.enabled else 'off'}")
     for note in loaded.notes:
         print(f"note: {note}")
+    print_notices()
     print("ok")
     return 0

@@ -103,6 +103,7 @@ class Demo:
         self.directory.mkdir(parents=True)
         lines = ['site = "demo"', "[bus]", f'listen = ["{self.endpoint}"]']
         lines += ["[recording]", 'directory = "recordings"', "min_free_gb = 0.1"]
+        lines += ["[resume]", "within_s = 0"]  # what is going on ends with the demo
         for device in DEVICES:
             lines += ["[[devices]]", f'id = "{device}"', f'type = "{device}"']
             driver = f'transport = "serial", port = "{self.link(device)}", codec = "xbus"'

@@ -8,8 +8,13 @@ left_ticks, right_ticks. Axes are the IMU's; mounting says how it sits:
     gaitway estimate walk.csv --device quad-cane --json
     gaitway estimate walk.csv --device shank --set method=wsi --set mounting.x=up ...
 
+A device that learns takes a training walk (gaitway calibrate lists what each can learn):
+
+    gaitway estimate walk.csv --device shank --train known.csv --train-set distance_m=20
+
 Missing rows of the sample grid are gaps and are worked with. Exit status 65: the file can't be
-used, and the message says which line and why; 78: a parameter is wrong.
+used, and the message says which line and why, or the training walk is refused; 78: a parameter is
+wrong.
 """
 
 import argparse
@@ -22,16 +27,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gaitway.cli.settings import assignments
+from gaitway.cli.settings import assignments, calibration_options
 from gaitway.config.problems import Problem, did_you_mean, validate
-from gaitway.contracts import DeviceType, Estimator, Trace
+from gaitway.contracts import CalibrationResult, DeviceType, Estimator, Trace
 from gaitway.errors import ConfigError, InputDataError
-from gaitway.mounting import rotation_from_mounting
+from gaitway.mounting import mounting_table, rotation_from_mounting
+from gaitway.offline.calibration_input import parts_of_files
 from gaitway.offline.csv_input import read_csv
 from gaitway.offline.mcap_input import read_mcap
 from gaitway.offline.recording import OfflineRecording
 from gaitway.offline.run import run_estimator, summarise
+from gaitway.params import Params
 from gaitway.registry import load_registry
+from gaitway.samples import Floats
 from gaitway.timebase import NS_PER_S
 
 
@@ -48,10 +56,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="one parameter, as in TOML; mounting.x=up sets one axis",
+        help="one parameter, as in TOML; mounting.x=up or mounting.x=[1,0,0] sets one axis",
     )
     parser.add_argument(
-        "--train", type=Path, metavar="FILE", help="training walk, for devices that learn"
+        "--train", type=Path, metavar="FILE", help="training walk (.csv, .mcap), for what learns"
+    )
+    parser.add_argument(
+        "--train-set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="an option of the training, as in TOML",
     )
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object and nothing else"
@@ -67,19 +82,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, estimate, print."""
     recording, device = _read(arguments)
-    settings = _settings(arguments)
-    mounting, values = _split_mounting(settings, recording, device)
-    problems: list[Problem] = []
-    source = arguments.params or Path("--set")
-    params = validate(device.params, values, source, "", problems)
-    try:
-        C_db = rotation_from_mounting(mounting)
-    except ValueError as exc:
-        problems.append(Problem(source, "mounting", str(exc).removeprefix("mounting: ")))
-    if problems:
-        raise ConfigError("\n".join(str(problem) for problem in problems))
+    settings = _Settings(recording, device, arguments.params, arguments.set)
+    params, C_db = settings.checked()
     if arguments.train is not None:
-        raise InputDataError(f"--train: {device.name} learns nothing from a training walk")
+        _train(settings, arguments, params, C_db)
+        params, C_db = settings.checked()
     estimator: Estimator = device.make_estimator(params, C_db)
     trace = estimator.start_trace() if arguments.out else None
     events = run_estimator(estimator, recording, C_db)
@@ -97,6 +104,90 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         _print_summary(summary)
     return 0
+
+
+class _Settings:
+    """Parameters and mounting, each from the last that names it.
+
+    In this order: the device type's defaults, the recording, ``--params``, what was learned from a
+    training walk, ``--set``.
+
+    Args:
+        recording: May bring its own.
+        device: The device type.
+        file: Of ``--params``.
+        assigned: Of ``--set``.
+    """
+
+    def __init__(
+        self,
+        recording: OfflineRecording,
+        device: DeviceType,
+        file: Path | None,
+        assigned: Sequence[str],
+    ) -> None:
+        self.device, self._source = device, file or Path("--set")
+        mounting = recording.mounting or device.default_mounting
+        self._layers: list[Mapping[str, Any]] = [{**recording.params, "mounting": dict(mounting)}]
+        if file:
+            self._layers.append(_toml(file))
+        self._assigned = assignments(assigned)
+
+    def learn(self, result: CalibrationResult) -> None:
+        """Take what was found in a training walk."""
+        mounting = {} if result.mounting is None else mounting_table(result.mounting)
+        self._layers.append({**result.params, "mounting": mounting})
+
+    def checked(self) -> tuple[Params, Floats]:
+        """Return the parameters, and the mounting as ``C_db``.
+
+        Raises:
+            ConfigError: Something is wrong with them.
+        """
+        values, mounting = self._merged()
+        problems: list[Problem] = []
+        params = validate(self.device.params, values, self._source, "", problems)
+        try:
+            C_db = rotation_from_mounting(mounting)
+        except ValueError as exc:
+            text = str(exc).removeprefix("mounting: ")
+            problems.append(Problem(self._source, "mounting", text))
+        if problems:
+            raise ConfigError("\n".join(str(problem) for problem in problems))
+        assert params is not None
+        return params, C_db
+
+    def _merged(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        values: dict[str, Any] = {}
+        mounting: dict[str, Any] = {}
+        for layer in (*self._layers, self._assigned):
+            own = dict(layer)
+            table = own.pop("mounting", {})
+            if not isinstance(table, dict):
+                raise ConfigError(
+                    'mounting: is a table as { x = "up", y = "right", z = "forward" }'
+                )
+            mounting |= table
+            values |= own
+        return values, mounting
+
+
+def _train(
+    settings: _Settings, arguments: argparse.Namespace, params: Params, C_db: Floats
+) -> None:
+    """Let the device learn from a walk; tell what it found."""
+    device = settings.device
+    calibration = next((known for known in device.calibrations if known.trains), None)
+    if calibration is None:
+        raise InputDataError(f"--train: {device.name} learns nothing from a training walk")
+    options = calibration_options(calibration, "--train-set", arguments.train_set)
+    parts = parts_of_files([arguments.train], calibration, C_db, arguments.id, device.requires)
+    result = calibration.fit(params, options, parts)
+    for finding in result.findings:
+        print(f"gaitway estimate: learned: {finding}", file=sys.stderr)
+    for warning in result.warnings:
+        print(f"gaitway estimate: doubtful: {warning}", file=sys.stderr)
+    settings.learn(result)
 
 
 def write_trace(trace: Trace, path: Path) -> None:
@@ -137,33 +228,11 @@ def _device(name: str, devices: Mapping[str, DeviceType]) -> DeviceType:
     return devices[name]
 
 
-def _settings(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the parameters of the file, then those of --set over them."""
-    settings: dict[str, Any] = {}
-    if arguments.params:
-        try:
-            settings = tomllib.loads(arguments.params.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as exc:
-            raise ConfigError(f"{arguments.params}: {exc}") from exc
-    return assignments(arguments.set, settings)
-
-
-def _split_mounting(
-    settings: Mapping[str, Any], recording: OfflineRecording, device: DeviceType
-) -> tuple[Mapping[str, str], dict[str, Any]]:
-    """Return the mounting and the estimator's parameters; a recording brings its own."""
-    values = dict(recording.params or {})
-    mounting = dict(recording.mounting or device.default_mounting)
-    for key, value in settings.items():
-        if key == "mounting":
-            if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
-                raise ConfigError(
-                    'mounting: is a table as { x = "up", y = "right", z = "forward" }'
-                )
-            mounting |= value
-        else:
-            values[key] = value
-    return mounting, values
+def _toml(file: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as exc:
+        raise ConfigError(f"{file}: {exc}") from exc
 
 
 def _print_summary(summary: Mapping[str, Any]) -> None:

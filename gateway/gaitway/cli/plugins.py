@@ -6,6 +6,7 @@ With the name of one, list its parameters with units and defaults.
 import argparse
 from collections.abc import Mapping  # noqa: TC003  # beside the other imports, as everywhere
 
+from gaitway.cli.notices import print_notices
 from gaitway.contracts import CodecType, DeviceType, TransportType
 from gaitway.registry import Registry, load_registry
 
@@ -50,6 +51,7 @@ def _list(registry: Registry) -> None:
         print(f"  {name:16} {origin}")
     for error in registry.failures.values():
         print(f"  broken: {error}")
+    print_notices()
 
 
 def _explain(offer: DeviceType | CodecType | TransportType) -> None:

@@ -2,9 +2,13 @@
 
 import tomllib
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+from gaitway.config.problems import Problem, validate
+from gaitway.contracts import Calibration
 from gaitway.errors import ConfigError
+from gaitway.params import Params
 
 
 def assignments(texts: Sequence[str], settings: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -26,6 +30,24 @@ def assignments(texts: Sequence[str], settings: dict[str, Any] | None = None) ->
                 raise ConfigError(f"--set {assignment}: {table} is a value and has no keys")
         place[name] = _toml_value(text.strip())
     return settings
+
+
+def calibration_options(calibration: Calibration, flag: str, texts: Sequence[str]) -> Params:
+    """Return the options of a calibration that stand on the command line.
+
+    Args:
+        calibration: What is going to be fitted.
+        flag: How they are called there, for messages.
+        texts: ``KEY=VALUE`` each.
+
+    Raises:
+        ConfigError: An option is missing or wrong.
+    """
+    problems: list[Problem] = []
+    options = validate(calibration.options, assignments(texts), Path(flag), "", problems)
+    if options is None:
+        raise ConfigError("\n".join(str(problem) for problem in problems))
+    return options
 
 
 def _toml_value(text: str) -> Any:

@@ -9,15 +9,16 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from gaitway.config.problems import Problem, did_you_mean, validate
-from gaitway.config.schema import DeviceConfig, GatewayConfig
+from gaitway.config.schema import DeviceConfig, GatewayConfig, RecordingConfig, ResumeConfig
 from gaitway.contracts import CodecType, DeviceType, TransportType
 from gaitway.errors import ConfigError
-from gaitway.mounting import rotation_from_mounting
+from gaitway.mounting import Mounting, rotation_from_mounting
 from gaitway.params import Params
 from gaitway.registry import Registry, load_registry
 from gaitway.samples import Floats
 
 T = TypeVar("T")
+P = TypeVar("P", RecordingConfig, ResumeConfig)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +46,7 @@ class ResolvedDevice:
     transport_params: Params
     codec_type: CodecType
     codec_params: Params
-    mounting: Mapping[str, str]
+    mounting: Mounting
     C_db: Floats
 
 
@@ -137,12 +138,12 @@ def load_config(file: Path) -> LoadedConfig:
         raise ConfigError("\n".join(str(problem) for problem in problems))
     assert gateway is not None
     gateway = gateway.model_copy(update={"devices": tuple(config for _, config in entries)})
-    recording = gateway.recording
-    # systemd names the one place a confined service may write to.
-    base = Path(os.environ.get("STATE_DIRECTORY") or file.parent)
-    directory = (base / recording.directory).resolve()
+    # systemd names the places a confined service may write to: on disk, and in memory.
     gateway = gateway.model_copy(
-        update={"recording": recording.model_copy(update={"directory": directory})}
+        update={
+            "recording": _placed(gateway.recording, "STATE_DIRECTORY", file),
+            "resume": _placed(gateway.resume, "RUNTIME_DIRECTORY", file),
+        }
     )
     notes = [
         f"{error} (only devices of this plugin are affected)"
@@ -150,6 +151,12 @@ def load_config(file: Path) -> LoadedConfig:
     ]
     notes += [f"{problem}; the device is left out" for problem in left_out]
     return LoadedConfig(file, gateway, tuple(devices), registry, tuple(notes))
+
+
+def _placed(section: P, variable: str, file: Path) -> P:
+    """Return a section with its directory absolute: in systemd's, or beside the file."""
+    base = Path(os.environ.get(variable) or file.parent)
+    return section.model_copy(update={"directory": (base / section.directory).resolve()})
 
 
 def _read_toml(file: Path, problems: list[Problem]) -> dict[str, Any] | None:
@@ -243,7 +250,8 @@ def _resolve(
         )
     if device_type:
         params = validate(device_type.params, config.params, file, f"{key}.params", problems)
-    mounting = config.mounting or (dict(device_type.default_mounting) if device_type else None)
+    default = device_type.default_mounting if device_type else None
+    mounting: Mounting | None = config.mounting or default
     C_db = None
     if mounting is not None:
         try:

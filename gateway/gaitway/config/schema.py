@@ -38,6 +38,16 @@ class RecordingConfig(RecordingParams):
     """Write MCAP files."""
 
 
+class ResumeConfig(Params):
+    """Going on after a restart where the gateway was."""
+
+    within_s: float = Field(default=600.0, ge=0.0)
+    """A device goes on from its last state if that is at most this old; 0: it always begins anew,
+    and a stop ends what is going on."""
+    directory: Path = Path("state")
+    """Folder of the states, rewritten about once a second; worth nothing after a reboot."""
+
+
 class PluginsConfig(Params):
     """Which plugins to load."""
 
@@ -54,9 +64,9 @@ class DeviceConfig(Params):
     """Device type; ``gaitway plugins`` lists them."""
     driver: dict[str, Any]
     """``transport`` and ``codec`` by name, and the keys of both."""
-    mounting: dict[str, str] | None = None
-    """Where each IMU axis points: x, y, z to up, down, forward, backward, left or right.
-    The device type's own default when absent."""
+    mounting: dict[str, Any] | None = None
+    """Where each IMU axis points: x, y, z to up, down, forward, backward, left or right, or to a
+    unit vector [forward, left, up]. The device type's own default when absent."""
     params: dict[str, Any] = Field(default_factory=dict)
     """Parameters of the device type's estimator."""
     enabled: bool = True
@@ -74,6 +84,8 @@ class GatewayConfig(Params):
     """The zenoh session."""
     recording: RecordingConfig = RecordingConfig(directory=Path("recordings"))
     """The recording."""
+    resume: ResumeConfig = ResumeConfig()
+    """Going on after a restart."""
     plugins: PluginsConfig = PluginsConfig()
     """Which plugins to load."""
     devices: tuple[DeviceConfig, ...] = ()

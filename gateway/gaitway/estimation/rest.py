@@ -6,16 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from gaitway.estimation.error_state import (
-    ACCEL_BIAS,
-    ATT,
-    GYRO_BIAS,
-    POS,
-    VEL,
-    ErrorStateFilter,
-)
+from gaitway.estimation.error_state import ErrorStateFilter
 from gaitway.estimation.measurements import gravity
 from gaitway.estimation.rotation import Vector, from_gravity
+from gaitway.estimation.states import ACCEL_BIAS, ATT, GYRO_BIAS, POS, VEL
 
 _REST_ACCEL_MPS2: Final = 0.01
 """Noise of a mean specific force at rest, and the acceleration a hand may still give."""

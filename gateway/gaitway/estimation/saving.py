@@ -1,8 +1,9 @@
 """Saving the state of an estimator, so that a restart of the gateway goes on where it was.
 
 A state is everything an estimator keeps in its attributes. It is written as a pickle, which in
-itself could name any code to run; read back, it may name the classes of gaitway, of the estimator's
-own package and of a few containers, and nothing else.
+itself could name any code to run; read back, it may name classes that gaitway's mathematics and the
+estimator's own package define, and a few containers, and nothing else. Nothing is imported or
+called before that is checked.
 """
 
 import io
@@ -21,6 +22,13 @@ _PLAIN: Final = {
     "numpy.core.numeric": {"_frombuffer"},
 }
 """Containers that a state may hold besides classes of gaitway and of the plugin."""
+_OF_GAITWAY: Final = (
+    "gaitway.estimation",
+    "gaitway.samples",
+    "gaitway.events",
+    "gaitway.contracts",
+)
+"""Whose classes a state may hold: none of them opens a file or a port when it is made."""
 
 
 class Saveable:
@@ -58,12 +66,15 @@ class Saveable:
 class _Reader(pickle.Unpickler):
     def __init__(self, body: bytes, package: str) -> None:
         super().__init__(io.BytesIO(body))
-        self._packages: Final = {"gaitway", package}
+        self._places: Final = (*_OF_GAITWAY, package) if package != "gaitway" else _OF_GAITWAY
 
     def find_class(self, module: str, name: str) -> Any:
+        plain = name in _PLAIN.get(module, ())
+        if not plain and not any(f"{module}.".startswith(f"{place}.") for place in self._places):
+            raise pickle.UnpicklingError(f"{module}.{name} has no place in a state")
         found = super().find_class(module, name)
-        if name in _PLAIN.get(module, ()):
-            return found
-        if module.partition(".")[0] in self._packages and isinstance(found, type):
-            return found
-        raise pickle.UnpicklingError(f"{module}.{name} has no place in a state")
+        # What a module has only imported (subprocess.Popen, say) is not of its package.
+        own = isinstance(found, type) and (found.__module__, found.__qualname__) == (module, name)
+        if not plain and not own:
+            raise pickle.UnpicklingError(f"{module}.{name} is no class of that package")
+        return found

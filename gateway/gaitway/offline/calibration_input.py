@@ -10,7 +10,7 @@ from gaitway.contracts import Calibration, CalibrationPart
 from gaitway.errors import InputDataError
 from gaitway.offline.csv_input import read_csv
 from gaitway.offline.mcap_input import read_mcap
-from gaitway.samples import Channel, EstimatorInput, Floats, Gap, SampleBatch
+from gaitway.samples import Channel, EstimatorInput, Floats, Gap, Required, SampleBatch
 
 REFERENCE_PREFIX = "reference_"
 
@@ -25,7 +25,11 @@ def reference_channel(calibration: Calibration) -> Channel | None:
 
 
 def parts_of_files(
-    files: Sequence[Path], calibration: Calibration, C_db: Floats, device_id: str | None = None
+    files: Sequence[Path],
+    calibration: Calibration,
+    C_db: Floats,
+    device_id: str | None = None,
+    required: Required = (),
 ) -> list[CalibrationPart]:
     """Return what the files hold for a calibration: one part a file, or one a reference value.
 
@@ -34,6 +38,7 @@ def parts_of_files(
         calibration: What is to be fitted.
         C_db: The mounting, from IMU to device components, shape (3, 3).
         device_id: Which device of an MCAP file.
+        required: Channels that must be there.
 
     Raises:
         InputDataError: A file can't be used.
@@ -44,7 +49,7 @@ def parts_of_files(
         if not file.is_file():
             raise InputDataError(f"{file}: no such file")
         if file.suffix != ".mcap":
-            recording = read_csv(file, [reference] if reference else [])
+            recording = read_csv(file, [*required, *([reference] if reference else [])])
         elif reference:
             raise InputDataError(
                 f"{file}: a recording does not hold {reference.name}; export a CSV file with that "
@@ -52,6 +57,7 @@ def parts_of_files(
             )
         else:
             recording = read_mcap(file, device_id)
+            recording.require(required)
         if reference is None:
             parts.append(CalibrationPart(recording.items, C_db))
         else:

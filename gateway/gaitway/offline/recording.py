@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitway.errors import InputDataError
+from gaitway.mounting import Mounting
 from gaitway.samples import EstimatorInput, Gap, Required, SampleBatch, missing_channels
 from gaitway.timebase import NS_PER_S
 
@@ -33,7 +34,7 @@ class OfflineRecording:
     notes: Sequence[str] = ()
     device: str | None = None
     device_type: str | None = None
-    mounting: Mapping[str, str] | None = None
+    mounting: Mounting | None = None
     params: Mapping[str, Any] = field(default_factory=dict)
 
     @property

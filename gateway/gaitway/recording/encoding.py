@@ -7,7 +7,7 @@ from typing import Any, Final
 import orjson
 
 from gaitway.events import EVENT_TYPES, Event
-from gaitway.recording.items import Body, Dropped, LinkChange, RecordedChunk
+from gaitway.recording.items import Body, Dropped, LinkChange, RecordedChunk, Resumed
 from gaitway.recording.sample_encoding import decode_samples, encode_samples
 from gaitway.samples import Chunk, DeviceStatus, Fault, Gap, SampleBatch
 from gaitway.timebase import WallAnchor
@@ -23,14 +23,21 @@ def encode(body: Body) -> bytes:
         case SampleBatch():
             return encode_samples(body)
         case RecordedChunk(chunk, direction):
-            text = binascii.b2a_base64(chunk.data, newline=False).decode("ascii")
+            text = _base64(chunk.data)
             return orjson.dumps({"t_ns": chunk.t_ns, "direction": direction, "data_base64": text})
+        case Resumed():
+            fields = {name: getattr(body, name) for name in ("t_ns", "saved_t_ns", "aligner")}
+            return orjson.dumps(fields | {"estimator_base64": _base64(body.estimator)})
         case Event():
             return body.model_dump_json(exclude_none=True).encode()
         case DeviceStatus():
             return orjson.dumps({"t_ns": body.t_ns, "fields": dict(body.fields)})
         case _:
             return orjson.dumps(body)
+
+
+def _base64(data: bytes) -> str:
+    return binascii.b2a_base64(data, newline=False).decode("ascii")
 
 
 def leaf_of(body: Body) -> str:
@@ -70,6 +77,12 @@ def _decode_raw(data: bytes) -> RecordedChunk:
     return RecordedChunk(Chunk(fields["t_ns"], payload), fields["direction"])
 
 
+def _decode_resumed(data: bytes) -> Resumed:
+    fields = orjson.loads(data)
+    state = binascii.a2b_base64(fields.pop("estimator_base64"), strict_mode=True)
+    return Resumed(**fields, estimator=state)
+
+
 def _decode_fields(kind: Callable[..., Body]) -> Callable[[bytes], Body]:
     return lambda data: kind(**orjson.loads(data))
 
@@ -90,6 +103,7 @@ LEAVES: Final[Mapping[type[Any], str]] = {
     Gap: "gap",
     Fault: "fault",
     LinkChange: "link",
+    Resumed: "resumed",
     DeviceStatus: "device",
     Dropped: "dropped",
     WallAnchor: "anchor",
@@ -101,6 +115,7 @@ DECODERS: Final[Mapping[str, Callable[[bytes], Body]]] = {
     "gap": _decode_fields(Gap),
     "fault": _decode_fields(Fault),
     "link": _decode_fields(LinkChange),
+    "resumed": _decode_resumed,
     "device": _decode_fields(DeviceStatus),
     "dropped": _decode_fields(Dropped),
     "anchor": _decode_fields(WallAnchor),

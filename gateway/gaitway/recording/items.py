@@ -43,6 +43,23 @@ class LinkChange:
 
 
 @dataclass(frozen=True, slots=True)
+class Resumed:
+    """A device goes on from where an earlier run of the gateway left it.
+
+    Attributes:
+        t_ns: When the state was taken over, host monotonic.
+        saved_t_ns: When it was saved, same clock.
+        aligner: What ``Aligner.save`` returned.
+        estimator: What the estimator's ``save`` returned.
+    """
+
+    t_ns: int
+    saved_t_ns: int
+    aligner: Mapping[str, Any]
+    estimator: bytes
+
+
+@dataclass(frozen=True, slots=True)
 class Dropped:
     """Items that were meant to be recorded and are not.
 
@@ -95,7 +112,7 @@ class Unreadable:
 
 
 Body = (
-    RecordedChunk | SampleBatch | Gap | Fault | DeviceStatus | LinkChange | Event
+    RecordedChunk | SampleBatch | Gap | Fault | DeviceStatus | LinkChange | Resumed | Event
     | Dropped | WallAnchor
 )  # fmt: skip
 """What is written as a message."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from gaitway.recording.encoding import leaf_of
-from gaitway.recording.items import Body, Dropped, RecordedChunk
+from gaitway.recording.items import Body, Dropped, RecordedChunk, Resumed
 from gaitway.recording.schemas import topic
 from gaitway.samples import SampleBatch
 
@@ -109,6 +109,8 @@ def _weight(body: Body) -> int:
     match body:
         case RecordedChunk(chunk):
             return ITEM_BYTES + len(chunk.data)
+        case Resumed():
+            return ITEM_BYTES + len(body.estimator)
         case SampleBatch():
             return ITEM_BYTES + sum(values.nbytes for values in body.channels.values())
         case _:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from gaitway.events import Event
-from gaitway.recording.items import Body, Direction, LinkChange, RecordedChunk
+from gaitway.recording.items import Body, Direction, LinkChange, RecordedChunk, Resumed
 from gaitway.recording.lane import MAX_BYTES, MAX_ITEMS, Lane
 from gaitway.recording.params import RecordingParams
 from gaitway.recording.sink import Sink, State
@@ -136,6 +136,10 @@ class Recorder:
     def record_link(self, device: str, t_ns: int, state: str, reason: str) -> None:
         """Record that a link was opened, lost or came into another state."""
         self._put(device, LinkChange(t_ns, state, reason))
+
+    def record_resumed(self, device: str, resumed: Resumed) -> None:
+        """Record from which state of an earlier run a device goes on."""
+        self._put(device, resumed)
 
     def _put(self, device: str, body: Body) -> None:
         self._lane.put(device, body, self._clock.now_ns())

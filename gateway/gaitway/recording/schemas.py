@@ -133,6 +133,17 @@ DEVICE_SCHEMAS: Final[dict[str, Schema]] = {
         {"t_ns": T_NS, "state": TEXT, "reason": TEXT},
         optional=(),
     ),
+    "resumed": _table(
+        "Resumed",
+        "The device goes on from where an earlier run of the gateway left it.",
+        {
+            "t_ns": T_NS,
+            "saved_t_ns": T_NS,
+            "aligner": {"type": "object", "properties": {}},
+            "estimator_base64": {"type": "string", "contentEncoding": "base64"},
+        },
+        optional=(),
+    ),
     "device": _table(
         "DeviceStatus",
         "What the device said about itself.",

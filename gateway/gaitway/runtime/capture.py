@@ -9,6 +9,7 @@ from typing import Self
 from gaitway.config.load import ResolvedDevice
 from gaitway.errors import TransportError
 from gaitway.events import Event, Status
+from gaitway.recording.items import Resumed
 from gaitway.runtime.device_task import DeviceTask
 from gaitway.runtime.health import Surroundings
 from gaitway.runtime.outlet import Direction
@@ -120,6 +121,9 @@ class _Notebook:
         """Leave out."""
 
     def fault(self, device: str, fault: Fault) -> None:
+        """Leave out."""
+
+    def resumed(self, device: str, resumed: Resumed) -> None:
         """Leave out."""
 
     def device_status(self, device: str, status: DeviceStatus) -> None:

@@ -12,6 +12,7 @@ from gaitway import __version__
 from gaitway.bus.zenoh_publisher import ZenohPublisher
 from gaitway.config.load import LoadedConfig
 from gaitway.recording.recorder import Recorder
+from gaitway.runtime.checkpoint import checkpoint_for
 from gaitway.runtime.device_task import DeviceTask
 from gaitway.runtime.health import Surroundings
 from gaitway.runtime.outlet import LiveOutlet
@@ -94,7 +95,10 @@ async def _run_devices(
     async with asyncio.TaskGroup() as group:
         tasks = [
             group.create_task(
-                DeviceTask(device, clock, outlet, surroundings).run(), name=device.config.id
+                DeviceTask(
+                    device, clock, outlet, surroundings, checkpoint_for(device, loaded)
+                ).run(),
+                name=device.config.id,
             )
             for device in loaded.devices
         ]

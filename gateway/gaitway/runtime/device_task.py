@@ -9,6 +9,7 @@ from gaitway.config.load import ResolvedDevice
 from gaitway.contracts import Transport
 from gaitway.errors import TransportError, TransportLostError
 from gaitway.runtime.backoff import Backoff
+from gaitway.runtime.checkpoint import Checkpoint
 from gaitway.runtime.health import Surroundings
 from gaitway.runtime.link_state import LinkSignal, LinkState, step
 from gaitway.runtime.outlet import Outlet
@@ -39,6 +40,7 @@ class DeviceTask:
         clock: The host's clock.
         out: Where everything goes.
         surroundings: Returns what a status says about the rest of the gateway.
+        checkpoint: Where its state is kept over a restart; nowhere where None.
     """
 
     def __init__(
@@ -47,11 +49,13 @@ class DeviceTask:
         clock: Clock,
         out: Outlet,
         surroundings: Callable[[], Surroundings],
+        checkpoint: Checkpoint | None = None,
     ) -> None:
         self._device, self._clock, self._out = device, clock, out
         self._surroundings = surroundings
         self._id = device.config.id
-        self._pipeline = Pipeline(device, out)
+        self._checkpoint = checkpoint
+        self._pipeline = Pipeline(device, out, checkpoint)
         self._backoff = Backoff()
         self._state = LinkState.CLOSED
         self._told = (LinkState.CLOSED, "not started yet")
@@ -62,13 +66,17 @@ class DeviceTask:
         self._streamed = False
 
     async def run(self) -> None:
-        """Keep the device's samples flowing until cancelled; then finish its estimator."""
+        """Keep the device's samples flowing until cancelled; then keep its state, or finish."""
+        now_ns = self._clock.now_ns()
+        state = self._checkpoint.load(now_ns) if self._checkpoint else None
+        if state is not None:
+            self._pipeline.resume(state)
         self._signal(LinkSignal.START, "opening")
         try:
             while True:
                 await self._attempt()
         finally:
-            self._pipeline.finish()
+            self._pipeline.stop(self._clock.now_ns())
             self._signal(LinkSignal.STOP, "the gateway stopped")
 
     async def _attempt(self) -> None:

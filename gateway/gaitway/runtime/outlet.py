@@ -4,6 +4,7 @@ from typing import Literal, Protocol
 
 from gaitway.bus.publisher import Publisher
 from gaitway.events import Event
+from gaitway.recording.items import Resumed
 from gaitway.recording.recorder import Recorder
 from gaitway.samples import Chunk, DeviceStatus, Fault, Gap, SampleBatch
 
@@ -35,6 +36,10 @@ class Outlet(Protocol):
 
     def link(self, device: str, t_ns: int, state: str, reason: str) -> None:
         """Take the news that the link came into a state."""
+        ...
+
+    def resumed(self, device: str, resumed: Resumed) -> None:
+        """Take the state of an earlier run from which the device goes on."""
         ...
 
     def event(self, device: str, event: Event) -> None:
@@ -78,6 +83,11 @@ class LiveOutlet:
         if self._recorder:
             self._recorder.record_link(device, t_ns, state, reason)
         self._publisher.set_alive(device, alive=state == "streaming")
+
+    def resumed(self, device: str, resumed: Resumed) -> None:
+        """Record where the device goes on from, so that a replay can."""
+        if self._recorder:
+            self._recorder.record_resumed(device, resumed)
 
     def event(self, device: str, event: Event) -> None:
         """Record and publish an event."""

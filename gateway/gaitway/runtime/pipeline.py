@@ -2,7 +2,7 @@
 
 ::
 
-    chunk -> record -> codec -> align -> record -> mount -> estimate -> events
+    chunk -> record -> codec -> align -> record -> mount -> estimate -> keep the state -> events
 """
 
 import logging
@@ -13,6 +13,8 @@ from gaitway.config.load import ResolvedDevice
 from gaitway.contracts import Estimator
 from gaitway.events import Anomaly, Event
 from gaitway.mounting import mount
+from gaitway.recording.items import Resumed
+from gaitway.runtime.checkpoint import EVERY_S, Checkpoint
 from gaitway.runtime.health import Health
 from gaitway.runtime.outlet import Outlet
 from gaitway.samples import (
@@ -28,6 +30,7 @@ from gaitway.samples import (
     SampleBatch,
     missing_channels,
 )
+from gaitway.timebase import NS_PER_S
 
 logger = logging.getLogger(__name__)
 
@@ -38,6 +41,7 @@ class Pipeline:
     Args:
         device: What is configured.
         out: Where everything goes.
+        checkpoint: Where the state is kept for the next run; nowhere where None.
 
     Attributes:
         health: Counters.
@@ -45,8 +49,10 @@ class Pipeline:
         sampled: Whether the last call brought samples.
     """
 
-    def __init__(self, device: ResolvedDevice, out: Outlet) -> None:
-        self._device, self._out = device, out
+    def __init__(
+        self, device: ResolvedDevice, out: Outlet, checkpoint: Checkpoint | None = None
+    ) -> None:
+        self._device, self._out, self._checkpoint = device, out, checkpoint
         self._id = device.config.id
         self._codec = device.codec_type.make(device.codec_params)
         self._aligner = Aligner()
@@ -56,11 +62,29 @@ class Pipeline:
         self.sampled = False
         self._failing = False
         self._lacking = False
+        self._kept = False
+        self._kept_ns = 0
+        self._unkept_told = False
 
     @property
     def latency_s(self) -> float:
         """Look-ahead of the estimator."""
         return self._estimator.look_ahead_s
+
+    def resume(self, state: Resumed) -> None:
+        """Go on from where an earlier run was; begin anew, and say so, where that can't be."""
+        self._out.resumed(self._id, state)
+        estimator, aligner = self._new_estimator(), Aligner()
+        try:
+            estimator.restore(state.estimator)
+            aligner.restore(state.aligner)
+        except Exception as exc:  # noqa: BLE001
+            # A stranger's estimator may raise anything; it must cost only its own device.
+            logger.warning("%s: begins anew, its state can't be restored: %r", self._id, exc)
+            detail = f"{type(exc).__name__}: {exc}; counting starts anew"
+            self._emit([Anomaly(t_ns=state.t_ns, anomaly="state-not-restored", detail=detail)])
+            return
+        self._estimator, self._aligner, self._kept = estimator, aligner, True
 
     def link_opened(self, t_ns: int) -> list[bytes]:
         """Begin on a freshly opened link; return what to send."""
@@ -81,6 +105,11 @@ class Pipeline:
     def link_lost(self, t_ns: int) -> None:
         """Take the end of the bytes of this link."""
         self._take(t_ns, self._codec.finish())
+
+    def stop(self, t_ns: int) -> None:
+        """Keep the state for the next run, which goes on; without one, finish."""
+        if not (self._kept or self._keep(t_ns)):
+            self.finish()
 
     def finish(self) -> None:
         """Let the estimator say what its look-ahead still held back."""
@@ -116,6 +145,8 @@ class Pipeline:
 
     def _take_batch(self, batch: DeviceBatch) -> None:
         self.sampled = True
+        self._kept = False
+        events: list[Event] = []
         for item in self._aligner.align(batch):
             if isinstance(item, Fault):
                 self._take_fault(item)
@@ -123,38 +154,59 @@ class Pipeline:
             if isinstance(item, Gap):
                 self.health.count_gap(item)
                 self._out.gap(self._id, item)
-                self._estimate(item)
+                events += self._estimate(item)
             else:
                 self.health.samples += len(item)
                 self._out.samples(self._id, item)
-                if self._lacks_channel(item):
-                    self._estimate(Gap(int(item.t_ns[0]), len(item), "lost"))
+                events += self._note_missing(item)
+                if self._lacking:
+                    events += self._estimate(Gap(int(item.t_ns[0]), len(item), "lost"))
                 else:
-                    self._estimate(mount(item, self._device.C_db))
+                    events += self._estimate(mount(item, self._device.C_db))
+        if events or batch.arrival_ns - self._kept_ns >= EVERY_S * NS_PER_S:
+            self._keep(batch.arrival_ns)
+        self._emit(events)
 
-    def _lacks_channel(self, batch: SampleBatch) -> bool:
-        """Tell whether the estimator can't work with these samples; say so once."""
+    def _keep(self, t_ns: int) -> bool:
+        """Put the state on file; return whether the next run can go on from it."""
+        self._kept_ns = t_ns
+        if self._checkpoint is None or not self._aligner.begun:
+            return False
+        try:
+            self._checkpoint.write(t_ns, self._aligner.save(), self._estimator.save())
+        except Exception as exc:  # noqa: BLE001
+            # A stranger's save may raise anything, and so may the disk; the walk is measured on.
+            level = logging.DEBUG if self._unkept_told else logging.WARNING
+            logger.log(level, "%s: a restart would begin anew, no state: %r", self._id, exc)
+            self._unkept_told = True
+            self._checkpoint.clear()
+            return False
+        self._kept, self._unkept_told = True, False
+        return True
+
+    def _note_missing(self, batch: SampleBatch) -> Sequence[Event]:
+        """Note whether the estimator can't work with these samples; say so once."""
         missing = ", ".join(missing_channels(self._device.device_type.requires, batch.channels))
-        if missing and not self._lacking:
-            detail = f"the device sends no {missing}, without which nothing can be estimated"
-            self._emit([Anomaly(t_ns=int(batch.t_ns[0]), anomaly="channel-missing", detail=detail)])
+        news = bool(missing) and not self._lacking
         self._lacking = bool(missing)
-        return self._lacking
+        if not news:
+            return ()
+        detail = f"the device sends no {missing}, without which nothing can be estimated"
+        return (Anomaly(t_ns=int(batch.t_ns[0]), anomaly="channel-missing", detail=detail),)
 
     def _take_fault(self, fault: Fault) -> None:
         self.health.count_fault(fault)
         self._out.fault(self._id, fault)
 
-    def _estimate(self, item: EstimatorInput) -> None:
+    def _estimate(self, item: EstimatorInput) -> Sequence[Event]:
         try:
-            events = self._estimator.update(item)
+            events = list(self._estimator.update(item))
         except Exception as exc:  # noqa: BLE001
             # A stranger's estimator may raise anything; it must cost only its own device.
-            events = self._begin_anew(exc, item)
-        else:
-            self._failing = False
-            self.health.estimator = "running"
-        self._emit(events)
+            return self._begin_anew(exc, item)
+        self._failing = False
+        self.health.estimator = "running"
+        return events
 
     def _begin_anew(self, exc: Exception, item: EstimatorInput) -> Sequence[Event]:
         """Replace an estimator that raised; say so once, however often it happens in a row."""

@@ -10,7 +10,14 @@ from typing import Any
 from gaitway.config.load import ResolvedDevice, resolve_recorded
 from gaitway.errors import InputDataError
 from gaitway.events import Event, Status
-from gaitway.recording.items import Header, LinkChange, RecordedChunk, RecordedItem, Unreadable
+from gaitway.recording.items import (
+    Header,
+    LinkChange,
+    RecordedChunk,
+    RecordedItem,
+    Resumed,
+    Unreadable,
+)
 from gaitway.recording.reader import read
 from gaitway.registry import Registry
 from gaitway.runtime.link_state import LinkState
@@ -87,6 +94,9 @@ class _Listener:
     def fault(self, device: str, fault: Fault) -> None:
         """Leave out."""
 
+    def resumed(self, device: str, resumed: Resumed) -> None:
+        """Leave out."""
+
     def device_status(self, device: str, status: DeviceStatus) -> None:
         """Leave out."""
 
@@ -123,6 +133,8 @@ def replay(files: Sequence[Path], registry: Registry) -> Replay:
                 pass
             case Event():
                 devices[item.device].recorded.append(item.body)
+            case Resumed():
+                pipelines[item.device].resume(item.body)
             case RecordedChunk() | LinkChange():
                 pipelines[item.device].play(item.body)
             case _:
@@ -141,6 +153,9 @@ class _Player:
         self._pipeline = Pipeline(device, out)
         self._open = False
         self._last_t_ns = 0
+
+    def resume(self, state: Resumed) -> None:
+        self._pipeline.resume(state)
 
     def play(self, body: RecordedChunk | LinkChange) -> None:
         try:

@@ -1,9 +1,13 @@
 """From placements to strides: which of them count, and what is said of those that don't."""
 
 import math
+from itertools import pairwise
 from typing import assert_never
 
-from gaitway.api import NS_PER_S, Anomaly, Event, Stride
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitway.api import NS_PER_S, Anomaly, Event, Ints, Stride
 from gaitway.estimation import Break, WalkLedger
 from gaitway_plugins.quad_cane.navigator import Displacement
 from gaitway_plugins.quad_cane.params import QuadCaneParams
@@ -33,23 +37,36 @@ class Accounts:
         self._contact_ns: int | None = None
         self._lift_ns: int | None = None
         self._told = False
-        self._unmeasured_s = 0.0
+        self._unmeasured_ns = 0
         self._gap_s = 0.0
         self._gap_in_bout = False
 
-    def sample(self, t_ns: int, walking: bool) -> list[Event]:
-        """Let a sample pass, of which the walking test says whether it may be walking."""
-        step_s = (t_ns - self._now_ns) / NS_PER_S
-        self._now_ns = t_ns
+    def pass_by(self, t_ns: Ints, walking: NDArray[np.bool_]) -> list[Event]:
+        """Let samples pass by.
+
+        Args:
+            t_ns: Their times, shape (n,).
+            walking: Which may be walking, as the walking test says, shape (n,).
+        """
+        events: list[Event] = []
+        edges = [0, *(np.flatnonzero(np.diff(walking)) + 1).tolist(), len(t_ns)]
+        for start, stop in pairwise(edges):
+            if stop > start:
+                events += self._pass_alike(t_ns[start:stop], bool(walking[start]))
+        return events
+
+    def _pass_alike(self, t_ns: Ints, walking: bool) -> list[Event]:
+        """Let samples pass by of which the walking test says the same."""
+        before_ns, self._now_ns = self._now_ns, int(t_ns[-1])
         if not walking:
             self._walking_since_ns = None
         elif self._walking_since_ns is None:
-            self._walking_since_ns = t_ns
+            self._walking_since_ns = int(t_ns[0])
         if walking and (self._lift_ns is not None or self._gap_s):
-            self._unmeasured_s += step_s
+            self._unmeasured_ns += self._now_ns - before_ns
         if self._lift_ns is None:
-            return self._ledger.advance(t_ns)
-        return self._without_contact(self._lift_ns)
+            return self._ledger.advance(self._now_ns)
+        return self._without_contact(t_ns, self._lift_ns)
 
     def record(self, record: Record) -> list[Event]:
         """Take what happened at the sample that has just passed."""
@@ -75,7 +92,7 @@ class Accounts:
             self._gap_s += gap.duration_s
             self._gap_in_bout |= self._ledger.in_bout
         if walking:
-            self._unmeasured_s += gap.duration_s
+            self._unmeasured_ns += round(gap.duration_s * NS_PER_S)
         if not walking or self._lift_ns is None or self._told:
             return []
         self._told = True
@@ -87,21 +104,24 @@ class Accounts:
         self._told = False
         return [*events, *self._ledger.close_bout()]
 
-    def _without_contact(self, lift_ns: int) -> list[Event]:
+    def _without_contact(self, t_ns: Ints, lift_ns: int) -> list[Event]:
         """Return what a swing that does not end means: no pause within it, but no bout for ever."""
         max_swing_ns = round(self._params.max_swing_s * NS_PER_S)
         if self._now_ns - lift_ns <= max_swing_ns:
             return []
-        events = self._ledger.advance(self._now_ns)
         since_ns = self._walking_since_ns
-        if self._told or since_ns is None or self._now_ns - max(since_ns, lift_ns) <= max_swing_ns:
-            return events
+        told_after_ns = None if since_ns is None else max(since_ns, lift_ns) + max_swing_ns
+        if self._told or told_after_ns is None or self._now_ns <= told_after_ns:
+            return self._ledger.advance(self._now_ns)
         self._told = True
+        told_ns = int(t_ns[np.searchsorted(t_ns, told_after_ns, side="right")])
+        events = self._ledger.advance(told_ns)
         detail = (
             f"no contact for {self._params.max_swing_s:g} s: is the cane dragged or carried? "
             "The distance is not measured until it stands"
         )
-        return [*events, Anomaly(t_ns=self._now_ns, anomaly="no-contact", detail=detail)]
+        events.append(Anomaly(t_ns=told_ns, anomaly="no-contact", detail=detail))
+        return [*events, *self._ledger.advance(self._now_ns)]
 
     def _landed(self, landing: Landing) -> list[Event]:
         lift_ns, self._lift_ns = self._lift_ns, None
@@ -119,14 +139,15 @@ class Accounts:
         if not put_right:
             self._contact_ns = self._now_ns if landing.seen else None
         self._told = self._gap_in_bout = False
-        self._unmeasured_s = self._gap_s = 0.0
+        self._unmeasured_ns = 0
+        self._gap_s = 0.0
         return events
 
     def _stood_through_gap(self, landing: Landing) -> list[Event]:
         short = self._gap_s <= self._params.max_standing_gap_s
         if landing.as_before and (short or not self._gap_in_bout):
             return []
-        if not self._unmeasured_s:
+        if not self._unmeasured_ns:
             return []
         return [_gap_in_stride(self._now_ns, self._gap_s), *self._unmeasured()]
 
@@ -138,7 +159,7 @@ class Accounts:
         if now_ns - since_ns < p.min_walking_s * NS_PER_S:
             return []
         if way.length_m > p.max_stride_m or way.sigma_m > p.max_stride_sigma_m:
-            self._unmeasured_s = swing_s
+            self._unmeasured_ns = now_ns - lift_ns
             detail = f"{way.length_m:.2f} m +- {way.sigma_m:.2f} m is not believed and not counted"
             told = Anomaly(t_ns=now_ns, anomaly="implausible-stride", detail=detail)
             return [told, *self._unmeasured()]
@@ -154,7 +175,7 @@ class Accounts:
         return [_with_lean(event, way.lean_sigma_m) for event in events]
 
     def _unmeasured(self) -> list[Event]:
-        self._ledger.add_unmeasured(self._unmeasured_s)
+        self._ledger.add_unmeasured(self._unmeasured_ns / NS_PER_S)
         return [self._ledger.distance(self._now_ns)]
 
 

@@ -2,10 +2,11 @@
 
 import csv
 import json
+import math
 
 import pytest
 
-from gaitway.cli import COMMANDS, main
+from gaitway.cli import COMMANDS, main, notices
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +95,35 @@ def test_a_mounting_given_by_set_turns_the_axes(walk, tmp_path, capsys):
     )
 
 
+def test_an_imu_that_sits_askew_told_so_by_components_gives_the_same_distance(
+    walk, tmp_path, capsys
+):
+    """The IMU turned by 17 degrees about its z axis, which points forward."""
+    cosine, sine = math.cos(0.3), math.sin(0.3)
+
+    def turn(rows):
+        for row in rows[1:]:
+            for column in (1, 4):
+                x, y = float(row[column]), float(row[column + 1])
+                row[column : column + 2] = [
+                    repr(cosine * x + sine * y), repr(cosine * y - sine * x)
+                ]  # fmt: skip
+
+    assert estimate(walk, "--json") == 0
+    straight = json.loads(capsys.readouterr().out)
+    # x is up, y is right: the turned x points up and a little to the right.
+    mounting = [
+        f"mounting.x=[0.0, {-sine}, {cosine}]",
+        f"mounting.y=[0.0, {-cosine}, {-sine}]",
+        "mounting.z=[1, 0, 0]",
+    ]
+    options = [word for text in mounting for word in ("--set", text)]
+    assert estimate(edited(walk, tmp_path, turn), "--json", *options) == 0
+    assert json.loads(capsys.readouterr().out)["distance_m"] == pytest.approx(
+        straight["distance_m"], abs=1e-6
+    )
+
+
 def test_a_parameter_file_is_taken_and_set_goes_over_it(walk, tmp_path, capsys):
     params = tmp_path / "params.toml"
     params.write_text('method = "published"\n')
@@ -113,6 +143,9 @@ def test_a_parameter_file_is_taken_and_set_goes_over_it(walk, tmp_path, capsys):
     [
         (["--set", "metod=published"], "metod: unknown key (did you mean 'method'?)"),
         (["--set", "mounting.x=left"], "mounting"),
+        (["--set", "mounting.x=[1.0, 0.0]"], "mounting.x: [1.0, 0.0] is neither a direction"),
+        (["--set", "mounting.x=[0.5,0,0.87]"], "degrees apart, not 90"),
+        (["--set", "mounting=up"], "mounting: is a table"),
         (["--set", "nonsense"], "is not KEY=VALUE"),
     ],
 )
@@ -200,3 +233,12 @@ def test_check_tells_what_the_gateway_would_do(capsys):
 def test_plugins_explains_the_parameters_of_one(capsys):
     assert main(["plugins", "xbus"]) == 0
     assert "listen_only = False" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", [["plugins"], ["check", "configs/gateway.toml"]])
+@pytest.mark.parametrize("compiled", [True, False])
+def test_missing_kernels_are_noticed_in_one_line(command, compiled, capsys, monkeypatch):
+    monkeypatch.setattr(notices, "COMPILED", compiled)
+    assert main(command) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "kernels" in line]
+    assert lines == ([] if compiled else [notices.MISSING_KERNELS])

@@ -1,10 +1,11 @@
 """Every error of a configuration at once, each with file, key and remedy."""
 
+import json
 from pathlib import Path
 
 import pytest
 
-from gaitway.config.load import load_config
+from gaitway.config.load import load_config, resolve_recorded
 from gaitway.config.schema import GatewayConfig
 from gaitway.errors import ConfigError, PluginLoadError
 from gaitway.registry import load_registry
@@ -120,8 +121,9 @@ def test_the_example_gateway_file_lists_every_key_with_its_default(tmp_path):
     loaded = load_config(CONFIGS / "gateway.toml")
     shown = loaded.gateway.model_dump(mode="json")
     default = load(tmp_path, "").gateway.model_dump(mode="json")
-    shown["recording"].pop("directory")
-    default["recording"].pop("directory")
+    for section in ("recording", "resume"):
+        assert shown[section].pop("directory").startswith(str(CONFIGS))
+        assert default[section].pop("directory").startswith(str(tmp_path))
     assert shown == default
     text = (CONFIGS / "gateway.toml").read_text()
 
@@ -157,3 +159,13 @@ def test_an_absolute_include_is_taken(tmp_path):
 def test_under_systemd_recordings_go_to_the_state_directory(tmp_path, monkeypatch):
     monkeypatch.setenv("STATE_DIRECTORY", "/var/lib/gaitway")
     assert load(tmp_path, "").gateway.recording.directory == Path("/var/lib/gaitway/recordings")
+
+
+def test_a_mounting_by_components_is_loaded_told_and_kept(tmp_path):
+    text = "mounting = { x = [0.0, -0.17, 0.985], y = [0, -0.985, -0.17], z = 'forward' }\n"
+    loaded = load(tmp_path, DEVICE + text)
+    (device,) = loaded.devices
+    assert device.C_db[:, 0] == pytest.approx([0.0, -0.17, 0.985], abs=1e-3)
+    effective = json.loads(json.dumps(loaded.effective()))
+    (recorded,) = resolve_recorded(effective, tmp_path, load_registry())
+    assert recorded.C_db.tolist() == device.C_db.tolist()

@@ -6,7 +6,7 @@ import pytest
 
 from gaitway.events import EVENT_TYPES, Anomaly, Bout, Distance, Status, Stride
 from gaitway.recording.encoding import DECODERS, decode, encode, leaf_of, time_of
-from gaitway.recording.items import Dropped, LinkChange, RecordedChunk
+from gaitway.recording.items import Dropped, LinkChange, RecordedChunk, Resumed
 from gaitway.recording.schemas import DEVICE_SCHEMAS, SCHEMAS, split_topic, topic, topics
 from gaitway.samples import Chunk, DeviceStatus, Fault, Gap, SampleBatch
 from gaitway.timebase import WallAnchor
@@ -48,6 +48,7 @@ BODIES = [
     Gap(7, 3, "link-down"),
     Fault(7, "resync", 12, "12 bytes, \u00b5C reset"),
     LinkChange(7, "streaming", "samples flow"),
+    Resumed(7, 5, {"sequence": 3, "clock": {"windows": [[1, 2]]}}, bytes(range(256))),
     DeviceStatus(7, {"device_id": "00AB", "battery_percent": 80, "volt": 3.7}),
     Dropped(7, 9, "full", {"/left/raw": 2}),
     WallAnchor(7, 1_767_225_600_000_000_000),

@@ -9,9 +9,13 @@ import pytest
 from gaitway.config.load import ResolvedDevice
 from gaitway.config.schema import DeviceConfig
 from gaitway.contracts import CodecType, DeviceType, TransportType
+from gaitway.estimation import Saveable
 from gaitway.events import Anomaly
 from gaitway.mounting import rotation_from_mounting
 from gaitway.params import Params
+from gaitway.recording.encoding import decode, encode
+from gaitway.recording.items import Resumed
+from gaitway.runtime.checkpoint import Checkpoint
 from gaitway.runtime.pipeline import Pipeline
 from gaitway.samples import (
     ACCEL,
@@ -94,7 +98,7 @@ class Outlet:
         return [name for name, *_ in self.told]
 
 
-def pipeline(estimator=Echo, requires=(ACCEL,)):
+def pipeline(estimator=Echo, requires=(ACCEL,), checkpoint=None):
     device = ResolvedDevice(
         config=DeviceConfig(id="cane", type="cane", driver={}),
         file=Path("gateway.toml"),
@@ -108,7 +112,7 @@ def pipeline(estimator=Echo, requires=(ACCEL,)):
         C_db=rotation_from_mounting(MOUNTING),
     )
     out = Outlet()
-    return Pipeline(device, out), out
+    return Pipeline(device, out, checkpoint), out
 
 
 def chunk(*numbers):
@@ -186,3 +190,178 @@ def test_a_device_that_lacks_a_channel_says_so_once_and_its_samples_are_still_re
     assert told == ["channel-missing", "gap", "gap", "gap"]  # a gap for each sample without it
     assert "sends no gyro" in out.events()[0].detail
     assert out.names().count("samples") == 3
+
+
+class Sum(Saveable):
+    """An estimator that tells at every second sample what it has counted."""
+
+    look_ahead_s = 0.0
+
+    def __init__(self):
+        self.samples = 0
+        self.missing = 0
+
+    def update(self, item):
+        if isinstance(item, Gap):
+            self.missing += item.n_missing
+            return []
+        self.samples += len(item)
+        if self.samples % 2:
+            return []
+        detail = f"{self.samples} and {self.missing} missing"
+        return [Anomaly(t_ns=int(item.t_ns[-1]), anomaly="sum", detail=detail)]
+
+    def finish(self):
+        return [Anomaly(t_ns=0, anomaly="end", detail="")]
+
+
+class Unsaveable(Sum):
+    def save(self):
+        raise RuntimeError("no")
+
+
+class Unrestorable(Sum):
+    def restore(self, state):
+        self.samples = 99
+        raise RuntimeError("no")
+
+
+class Strangers(Echo):
+    """Written before states were: it has neither save nor restore."""
+
+
+@pytest.fixture
+def checkpoint(tmp_path):
+    return Checkpoint("cane", tmp_path / "state" / "cane.state", {"type": "cane"}, 600.0)
+
+
+def details(out):
+    return [event.detail for event in out.events()]
+
+
+def resumed(estimator, checkpoint, t_ns=10**12 + 10**9):
+    made, out = pipeline(estimator, checkpoint=checkpoint)
+    state = checkpoint.load(t_ns)
+    assert state is not None
+    made.resume(state)
+    made.link_opened(t_ns)
+    return made, out
+
+
+def test_after_a_kill_it_goes_on_and_what_passed_is_a_gap_of_a_link_that_was_down(checkpoint):
+    made, _ = pipeline(Sum, checkpoint=checkpoint)
+    made.feed(chunk(1, 2, 3, 4))
+    again, out = resumed(Sum, checkpoint)
+    again.feed(chunk(11, 12))
+    assert details(out) == ["6 and 6 missing"]
+    (gap,) = (items[0] for name, *items in out.told if name == "gap")
+    assert (gap.reason, gap.n_missing) == ("link-down", 6)
+
+
+def test_a_state_is_on_file_before_its_events_are_told(checkpoint):
+    class Killed(Outlet):
+        def event(self, device, event):
+            raise KeyboardInterrupt
+
+    made, _ = pipeline(Sum, checkpoint=checkpoint)
+    made._out = Killed()
+    with pytest.raises(KeyboardInterrupt):
+        made.feed(chunk(1, 2))
+    again, out = resumed(Sum, checkpoint)
+    again.feed(chunk(3, 4))
+    assert details(out) == ["4 and 0 missing"]  # the event "2" may be missed, never told twice
+
+
+def test_samples_without_events_are_kept_about_once_a_second(checkpoint):
+    class Quiet(Sum):
+        def update(self, item):
+            super().update(item)
+            return []
+
+    writes = []
+    write = checkpoint.write
+    checkpoint.write = lambda *args: (writes.append(args[0]), write(*args))
+    made, _ = pipeline(Quiet, checkpoint=checkpoint)
+    for number in range(1, 251):
+        made.feed(chunk(number))
+    assert len(writes) == 3
+    assert np.diff(writes).tolist() == [10**9, 10**9]
+
+
+def test_a_stop_keeps_the_state_and_ends_nothing(checkpoint):
+    made, out = pipeline(Sum, checkpoint=checkpoint)
+    made.feed(chunk(1, 2, 3))
+    made.stop(10**12 + 10**8)
+    assert details(out) == ["2 and 0 missing"]
+    again, out = resumed(Sum, checkpoint)
+    again.feed(chunk(4))
+    assert details(out) == ["4 and 0 missing"]
+
+
+def test_a_stop_before_any_samples_leaves_an_earlier_state_as_old_as_it_is(checkpoint):
+    made, _ = pipeline(Sum, checkpoint=checkpoint)
+    made.feed(chunk(1, 2))
+    again, out = resumed(Sum, checkpoint)
+    again.stop(10**12 + 10**11)
+    assert details(out) == []
+    assert checkpoint.load(10**12 + 10**11).saved_t_ns == 10**12 + 2 * PERIOD_NS
+
+
+def test_without_a_place_for_states_a_stop_ends_what_is_going_on():
+    made, out = pipeline(Sum)
+    made.feed(chunk(1))
+    made.stop(0)
+    assert [event.anomaly for event in out.events()] == ["end"]
+
+
+@pytest.mark.parametrize("estimator", [Unsaveable, Strangers])
+def test_what_can_t_be_saved_is_measured_on_and_no_older_state_stays(checkpoint, estimator, caplog):
+    checkpoint.write(0, {}, b"older")
+    made, out = pipeline(estimator, checkpoint=checkpoint)
+    for number in (1, 2, 3, 4):
+        made.feed(chunk(number))
+    assert len(out.events()) in (2, 4)
+    assert checkpoint.load(1) is None
+    assert sum("begin anew" in record.message for record in caplog.records) == 1
+    made.stop(10**12)
+    assert out.events()[-1].anomaly == "end"
+
+
+def test_a_disk_that_refuses_costs_the_state_alone(checkpoint, monkeypatch, caplog):
+    monkeypatch.setattr("pathlib.Path.write_bytes", lambda *_: (_ for _ in ()).throw(OSError(28)))
+    made, out = pipeline(Sum, checkpoint=checkpoint)
+    made.feed(chunk(1, 2))
+    assert details(out) == ["2 and 0 missing"]
+    assert "begin anew" in caplog.text
+
+
+@pytest.mark.parametrize("estimator", [Unrestorable, Strangers])
+def test_what_can_t_be_restored_begins_anew_and_says_so(checkpoint, estimator):
+    made, _ = pipeline(Sum, checkpoint=checkpoint)
+    made.feed(chunk(1, 2))
+    again, out = resumed(estimator, checkpoint)
+    assert [event.anomaly for event in out.events()] == ["state-not-restored"]
+    again.feed(chunk(3, 4))
+    assert out.events()[-1].detail.startswith(("2 and 0", "[[4.0"))
+    assert "gap" not in out.names()
+
+
+def test_an_aligner_that_can_t_be_restored_leaves_no_half_of_the_state(checkpoint):
+    made, out = pipeline(Sum)
+    made.resume(Resumed(1, 0, {"clock": {}}, Sum().save()))
+    made.feed(chunk(3, 4))
+    assert details(out)[1:] == ["2 and 0 missing"]
+
+
+def test_a_replay_from_the_recorded_state_tells_the_same(checkpoint):
+    made, _ = pipeline(Sum, checkpoint=checkpoint)
+    made.feed(chunk(1, 2, 3))
+    live, told = resumed(Sum, checkpoint)
+    live.feed(chunk(9, 10))
+    state = next(items[0] for name, *items in told.told if name == "resumed")
+    replayed, out = pipeline(Sum)
+    replayed.resume(decode("resumed", encode(state)))
+    replayed.link_opened(0)
+    replayed.feed(chunk(9, 10))
+    assert out.events() == told.events()
+    assert [event.t_ns for event in out.events()]
