@@ -36,9 +36,8 @@ class XbusCodec:
         items = self._take(self._framer.feed(chunk.t_ns, chunk.data))
         items += self._framing_faults()
         items += self._sampler.flush(chunk.t_ns)
-        if self._sampler.period_s is not None:
-            stall_ns = round(STALL_PERIODS * self._sampler.period_s * NS_PER_S)
-            self._framer.stall_ns = max(SHORTEST_STALL_NS, stall_ns)
+        if self._sampler.period_s != self._period_s:
+            self._note_period(self._sampler.period_s)
         return items
 
     def on_time(self, t_ns: int) -> list[CodecItem]:
@@ -62,7 +61,14 @@ class XbusCodec:
         self._session = None if params.listen_only else Session(params.rate_hz)
         listening_hz = params.rate_hz if params.listen_only else None
         self._sampler = Sampler(None if listening_hz is None else 1.0 / listening_hz)
+        self._period_s: float | None = None
         self._told = (0, 0, 0)
+
+    def _note_period(self, period_s: float | None) -> None:
+        self._period_s = period_s
+        if period_s is not None:
+            stall_ns = round(STALL_PERIODS * period_s * NS_PER_S)
+            self._framer.stall_ns = max(SHORTEST_STALL_NS, stall_ns)
 
     def _take(self, runs: list[MessageRun]) -> list[CodecItem]:
         items: list[CodecItem] = []

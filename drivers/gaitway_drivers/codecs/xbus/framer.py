@@ -203,11 +203,13 @@ def _good_run(data: bytes, at: int, size: int, most: int) -> MessageRun | None:
     header_bytes = LONG_HEADER_BYTES if data[at + 3] == EXTENDED else SHORT_HEADER_BYTES
     most = min(most, (len(data) - at) // size)
     rows = np.frombuffer(data, np.uint8, most * size, at).reshape(most, size)
-    headers, header = rows[:, :header_bytes].tobytes(), data[at : at + header_bytes]
-    if headers != header * most:
-        starts = range(0, len(headers), header_bytes)
-        most = next(n for n, start in enumerate(starts) if not headers.startswith(header, start))
-    sums = rows[:most].dot(_ONES[:size]).tobytes()
+    if most > 1:
+        headers, header = rows[:, :header_bytes].tobytes(), data[at : at + header_bytes]
+        if headers != header * most:
+            starts = range(0, len(headers), header_bytes)
+            most = next(n for n, i in enumerate(starts) if not headers.startswith(header, i))
+            rows = rows[:most]
+    sums = rows.dot(_ONES[:size]).tobytes()
     good = most - len(sums.lstrip(_GOOD_SUM))
     if not good:
         return None
