@@ -17,6 +17,7 @@ from gaitway.estimation import (
 )
 from gaitway.estimation.walking import WalkingTest, tilt_from_gravity_rad
 from gaitway_plugins.standard_cane.accounts import Accounts
+from gaitway_plugins.standard_cane.mishaps import Mishaps
 from gaitway_plugins.standard_cane.navigator import Navigator
 from gaitway_plugins.standard_cane.params import StandardCaneParams
 from gaitway_plugins.standard_cane.placements import Phase, Placements, Timing
@@ -41,6 +42,7 @@ class StandardCaneEstimator(Saveable):
         self._lever_d = np.asarray(C_db) @ np.array(params.imu_to_tip_m)
         self._bridge = GapBridge(params.max_bridge_s)
         self._accounts = Accounts(params)
+        self._mishaps: Mishaps | None = None
         self._period_s: float | None = None
         self._stretch: Stretch | None = None
         self._trace: Trace | None = None
@@ -57,12 +59,17 @@ class StandardCaneEstimator(Saveable):
         events: list[Event] = []
         if isinstance(item, SampleBatch) and item.period_s != self._period_s:
             self._period_s = item.period_s
+            self._mishaps = Mishaps(item.period_s)
             events += self._go_on(Navigator(self._params, self._lever_d, item.period_s))
         samples: list[ImuSample] = []
         for entry in self._bridge.feed(item):
             assert self._stretch is not None
+            assert self._mishaps is not None
             if isinstance(entry, ImuSample):
                 samples.append(entry)
+                mishap = self._mishaps.push(entry)
+                if mishap is not None:
+                    events.append(mishap)
                 continue
             events += self._stretch.extend(samples)
             samples = []
@@ -198,6 +205,7 @@ def _timing(params: StandardCaneParams, tuning: Tuning, period_s: float, half: i
         every=tuning.pivot_every,
         settle=round(params.settle_s / period_s),
         max_swing=round(params.max_swing_s / period_s),
+        stance=round(params.min_stance_s / period_s),
         insist=round(params.insist_s / period_s),
         start=round(params.start_window_s / period_s),
         resume=round(params.resume_window_s / period_s),

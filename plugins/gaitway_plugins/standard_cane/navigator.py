@@ -48,12 +48,16 @@ class Way(NamedTuple):
         sigma_m: Standard deviation of it.
         rise_m: Upwards.
         rise_sigma_m: Standard deviation of it.
+        clearance_m: How high the tip was above the higher of its two ends, at most.
+        swung: How far the tip swung ahead of the hand: by so much times the length of a cane.
     """
 
     length_m: float
     sigma_m: float
     rise_m: float
     rise_sigma_m: float
+    clearance_m: float
+    swung: float
 
 
 class Navigator:
@@ -82,6 +86,10 @@ class Navigator:
         self._noise_unsure = tuning.noise.scaled(_UNSURE)
         self._biases_known = False
         self._origin_n = np.zeros(3)
+        self._lever_m = float(np.linalg.norm(imu_to_tip_d))
+        self._pointed_n = np.zeros(3)
+        self._pointing_n = np.zeros(3)
+        self._highest_m = 0.0
         self._fastest_mps = 0.0
         self._factor = 1.0
         self.aligned = False
@@ -164,8 +172,10 @@ class Navigator:
         sample: ImuSample = row.sample
         noise = self._noise_unsure if sample.clipped or sample.bridged else self._noise
         self._kf.predict(sample.accel_d, sample.gyro_d, self._period_s, noise)
-        vx, vy, vz = self._kf.vel_n.tolist()
+        _, _, z, vx, vy, vz, qw, qx, qy, qz = self._kf.nominal[:10].tolist()
         self._fastest_mps = max(self._fastest_mps, math.sqrt(vx * vx + vy * vy + vz * vz))
+        z += rotation.rotate((qw, qx, qy, qz), self._lever)[2]
+        self._highest_m = max(self._highest_m, z)
 
     def stand(self, row: TipRow, *, landing: bool) -> bool:
         """Take in that the tip stands, unless what was navigated says that it does not (Eq. 24).
@@ -186,6 +196,7 @@ class Navigator:
         if landing:
             self._factor += (nis / 3.0 - self._factor) / _MEMORY
             self._fastest_mps = 0.0
+            self._pointing_n = self._lever_n() / self._lever_m
         return True
 
     def on_floor(self) -> bool:
@@ -206,6 +217,8 @@ class Navigator:
         kf = self._kf
         self._origin_n = self.tip_n
         lever_n = self._lever_n()
+        self._pointed_n = lever_n / self._lever_m
+        self._highest_m = 0.0
         kf.pos_n[:] = -lever_n
         P = np.triu(kf.covariance) + np.triu(kf.covariance, 1).T
         turned = rotation.skew(lever_n.tolist())
@@ -225,7 +238,9 @@ class Navigator:
         S = factor * (H @ P @ H.T)
         sigma_m = math.sqrt(max(0.0, float(along @ S @ along)))
         rise_sigma_m = math.sqrt(max(0.0, float(S[2, 2])))
-        return Way(length_m, sigma_m, float(moved_n[2]), rise_sigma_m)
+        swung = float(along @ (self._pointing_n - self._pointed_n))
+        clearance_m = self._highest_m - max(0.0, float(moved_n[2]))
+        return Way(length_m, sigma_m, float(moved_n[2]), rise_sigma_m, clearance_m, swung)
 
     def _standing(self, row: TipRow, sigma_mps: float) -> Measurement:
         return pivot_velocity(self._kf, row.rate_d.tolist(), self._lever, sigma_mps)

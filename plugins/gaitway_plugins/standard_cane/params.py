@@ -32,7 +32,7 @@ class StandardCaneParams(Params):
     contact_force_max_mps2: float = Field(0.6, gt=0.0)
     """Deviation of the specific force at the tip from gravity below which it may stand: B_a of the
     paper is 0.2, at the IMU; a contact is proven by its velocity here."""
-    contact_rate_max_radps: float = Field(2.5, gt=0.0)
+    contact_rate_max_radps: float = Field(5.0, gt=0.0)
     """Angular rate below which the tip may stand: nobody leans over faster."""
     contact_nis_max: float = Field(30.0, gt=0.0)
     """Only a navigated velocity of the tip this near to zero, as a normalised innovation squared,
@@ -58,7 +58,14 @@ class StandardCaneParams(Params):
     """Nor one whose standard deviation is larger."""
     max_rise_m: float = Field(0.25, gt=0.0)
     """Nor one that ends so much higher or lower: no stair is as high."""
-    max_swing_s: float = Field(3.0, gt=0.0)
+    min_clearance_m: float = Field(0.01, ge=0.0)
+    """Nor one in which the tip did not rise above the floor: a cane is lifted."""
+    min_swung_per_m: float = Field(0.15)
+    """Nor one in which the shaft kept its lean: the tip swings ahead of the hand, which goes on at
+    the pace of the person. Change of the lean, as a sine, for each metre of the stride."""
+    min_stance_s: float = Field(0.08, ge=0.0)
+    """A shorter stance is none, but a shock or a moment of a swing."""
+    max_swing_s: float = Field(2.0, gt=0.0)
     """A longer one is no swing: the cane is dragged or carried."""
     max_pause_s: float = Field(3.0, gt=0.0)
     """A longer rest ends the bout (Mobilise-D)."""
@@ -75,8 +82,9 @@ class StandardCaneParams(Params):
     """Lean below which it may begin: a cane that leans further lies, or is carried."""
     max_bridge_s: float = Field(0.1, ge=0.0)
     """Longest gap that is bridged; a longer one loses the navigation."""
-    max_filled_gap_s: float = Field(1.0, ge=0.0)
-    """After a gap of at most this while walking, placements that went unseen are filled in."""
+    max_filled: int = Field(2, ge=0)
+    """So many placements that went unseen while walking, one after the other, are filled in with
+    the length of those before and an honest sigma; with 0 none."""
 
     accel_noise_mps2_rthz: float = Field(2.5e-3, gt=0.0)
     """Density of the specific force's noise: an MTi-1's (120 ug/rtHz) and as much again for what

@@ -1,10 +1,15 @@
 """From contact to contact: when the tip is lifted, when it lands, and how far from there."""
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final
 
+import numpy as np
+
+from gaitway.api import Floats
+from gaitway.estimation import STANDARD_GRAVITY_MPS2
 from gaitway_plugins.standard_cane.navigator import Navigator, Way
 from gaitway_plugins.standard_cane.tip import TipRow
 
@@ -50,10 +55,17 @@ class Lost:
 
     Attributes:
         index: Number of the sample.
+        speed_mps: How fast the tip seems to move.
+        force_mps2: Root mean square of what its specific force differed from gravity in the swing.
     """
 
     index: int
+    speed_mps: float
+    force_mps2: float
 
+
+_SHAKEN_M: Final = 0.03
+"""A tip that moved less between two contacts was not lifted in between."""
 
 Record = Lift | Clip | Landing | Lost
 
@@ -78,6 +90,7 @@ class Timing:
         every: From one velocity of the pendulum to the next within a stance.
         settle: After a contact its velocities still improve the way behind it.
         max_swing: Longest swing that is navigated.
+        stance: A shorter one is none: the swing goes on.
         insist: So long a contact may be contradicted.
         start: Stance it takes to begin.
         resume: Stance it takes to begin when the biases are known.
@@ -87,6 +100,7 @@ class Timing:
     every: int
     settle: int
     max_swing: int
+    stance: int
     insist: int
     start: int
     resume: int
@@ -114,6 +128,8 @@ class Placements:
         self._contact_index = 0
         self._stood_index = 0
         self._refused = 0
+        self._force_sum = 0.0
+        self._touched: tuple[int, Floats] | None = None
         self._open = False
         self._clipped = False
         self.phase = Phase.SEEKING
@@ -165,34 +181,53 @@ class Placements:
             self.close()
 
     def _lift(self) -> None:
+        if self._open and self._index - self._contact_index < self._timing.stance:
+            self._touched = (self._contact_index, self._navigator.tip_n)
+            self._open = False
+            self.phase = Phase.SWINGING
+            return
         self.close()
         self._navigator.mark()
         self._lift_index = self._index - 1
         self._clipped = False
         self._refused = 0
+        self._force_sum = 0.0
+        self._touched = None
         self.records.append(Lift(self._lift_index))
         self.phase = Phase.SWINGING
 
     def _swing(self, row: TipRow, quiet: bool) -> None:
         self._navigator.move(row)
+        self._force_sum += (row.force_mps2 - STANDARD_GRAVITY_MPS2) ** 2
         if row.sample.clipped and not self._clipped:
             self._clipped = True
             self.records.append(Clip(self._index))
         if self._index - self._lift_index > self._timing.max_swing:
-            self._lose()
+            self._lose(row)
         elif not quiet:
             self._refused = 0
         elif self._navigator.stand(row, landing=True):
             self._navigator.on_floor()
-            self._contact_index = self._stood_index = self._index
+            self._stood_index = self._index
+            self._contact_index = self._first_touch()
             self._open = True
             self.phase = Phase.STANDING
         else:
             self._refused += 1
             if self._refused > self._timing.insist:
-                self._lose()
+                self._lose(row)
 
-    def _lose(self) -> None:
+    def _first_touch(self) -> int:
+        """Return when this stance began: it may have been shaken since."""
+        if self._touched is None:
+            return self._index
+        index, tip_n = self._touched
+        moved_m = float(np.linalg.norm(self._navigator.tip_n - tip_n))
+        return index if moved_m < _SHAKEN_M else self._index
+
+    def _lose(self, row: TipRow) -> None:
+        speed_mps = float(np.linalg.norm(self._navigator.tip_velocity_n(row)))
+        force_mps2 = math.sqrt(self._force_sum / max(1, self._index - self._lift_index))
+        self.records.append(Lost(self._index, speed_mps, force_mps2))
         self._navigator.lose()
-        self.records.append(Lost(self._index))
         self.phase = Phase.SEEKING
