@@ -27,7 +27,7 @@ from gaitway_plugins.standard_cane.tuning import Tuning
 _UNSURE: Final = 200.0
 """Noise of a clipped or bridged sample, relative to a measured one."""
 _LOST: Final = (3e-3, 0.03)
-"""How far gyroscope (rad/s) and accelerometer bias (m/s^2) may be gone where navigation was lost."""
+"""How far gyroscope (rad/s) and accelerometer bias (m/s^2) may be off when all was lost."""
 _IMPOSSIBLE: Final = 5.0
 """A bias so many standard deviations large is no bias: it is found anew."""
 _STILL_RADPS: Final = 0.002

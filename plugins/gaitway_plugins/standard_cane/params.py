@@ -40,7 +40,7 @@ class StandardCaneParams(Params):
     contact_share: float = Field(0.03, ge=0.0)
     """Standard deviation of the navigated velocity of the tip at a contact, for that purpose, as a
     share of the swing's fastest: what shocks and a bending shaft leave."""
-    insist_s: float = Field(0.25, gt=0.0)
+    insist_s: float = Field(0.2, gt=0.0)
     """A contact that the velocity contradicts for so long is right, and the velocity lost."""
 
     walking_window_s: float = Field(2.0, gt=0.0, le=10.0)
@@ -60,9 +60,10 @@ class StandardCaneParams(Params):
     """Nor one that ends so much higher or lower: no stair is as high."""
     min_clearance_m: float = Field(0.01, ge=0.0)
     """Nor one in which the tip did not rise above the floor: a cane is lifted."""
-    min_swung_per_m: float = Field(0.15)
+    min_swung_per_m: float = Field(0.05)
     """Nor one in which the shaft kept its lean: the tip swings ahead of the hand, which goes on at
-    the pace of the person. Change of the lean, as a sine, for each metre of the stride."""
+    the pace of the person. Change of the lean, as a sine, for each metre of the stride: 0.4 to 0.7
+    usually, a third of it in the first one."""
     min_stance_s: float = Field(0.08, ge=0.0)
     """A shorter stance is none, but a shock or a moment of a swing."""
     max_swing_s: float = Field(2.0, gt=0.0)
@@ -105,7 +106,8 @@ class StandardCaneParams(Params):
     """How fast the tip of a standing cane may be moving, per axis: rubber rolls and slips."""
     floor_sigma_m: float = Field(0.005, gt=0.0)
     """How even a level floor is."""
-    shared_sigma: float = Field(0.001, ge=0.0)
-    """Relative standard deviation common to all strides: the accelerometer's scale."""
+    shared_sigma: float = Field(0.0025, ge=0.0)
+    """Relative standard deviation common to all strides: the accelerometer's scale, and a tip that
+    rolls forward on its rubber in each stance by a millimetre or so."""
     stride_time_sigma_s: float = Field(0.02, gt=0.0)
     """Standard deviation of one contact time."""

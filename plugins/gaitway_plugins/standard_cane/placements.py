@@ -66,6 +66,8 @@ class Lost:
 
 _SHAKEN_M: Final = 0.03
 """A tip that moved less between two contacts was not lifted in between."""
+_STEADY_MPS: Final = 0.15
+"""A velocity that changes by less while the tip stands is wrong by a constant, and a tilt."""
 
 Record = Lift | Clip | Landing | Lost
 
@@ -86,7 +88,7 @@ class Timing:
     """Counts of samples.
 
     Attributes:
-        half: Half a contact window.
+        half: Half a contact window: all of it is on the floor.
         every: From one velocity of the pendulum to the next within a stance.
         settle: After a contact its velocities still improve the way behind it.
         max_swing: Longest swing that is navigated.
@@ -128,17 +130,13 @@ class Placements:
         self._contact_index = 0
         self._stood_index = 0
         self._refused = 0
+        self._refused_n = np.zeros(3)
         self._force_sum = 0.0
         self._touched: tuple[int, Floats] | None = None
         self._open = False
         self._clipped = False
         self.phase = Phase.SEEKING
         self.records: deque[Record] = deque()
-
-    @property
-    def settled(self) -> int:
-        """Return the number of samples of which nothing more will be recorded."""
-        return self._contact_index if self._open else self._index + 1
 
     def push(self, row: TipRow, quiet: bool) -> None:
         """Take the next sample, and whether its tip may stand."""
@@ -156,7 +154,8 @@ class Placements:
         """Take the way of the last landing as it is now known."""
         if self._open:
             self._open = False
-            self.records.append(Landing(self._contact_index, self._navigator.way()))
+            touched = self._contact_index - self._timing.half
+            self.records.append(Landing(touched, self._navigator.way()))
 
     def _seek(self) -> None:
         known = self._navigator.biases_known
@@ -193,7 +192,7 @@ class Placements:
         self._refused = 0
         self._force_sum = 0.0
         self._touched = None
-        self.records.append(Lift(self._lift_index))
+        self.records.append(Lift(self._lift_index + self._timing.half))
         self.phase = Phase.SWINGING
 
     def _swing(self, row: TipRow, quiet: bool) -> None:
@@ -213,9 +212,20 @@ class Placements:
             self._open = True
             self.phase = Phase.STANDING
         else:
-            self._refused += 1
-            if self._refused > self._timing.insist:
-                self._lose(row)
+            self._contradict(row)
+
+    def _contradict(self, row: TipRow) -> None:
+        """Count how long the forces say that the tip stands and the velocity that it does not.
+
+        In the middle of a swing the forces say so too, where its acceleration is level; but then
+        the velocity changes. If it does not, it is the velocity that is wrong.
+        """
+        velocity_n = self._navigator.tip_velocity_n(row)
+        if not self._refused or np.abs(velocity_n - self._refused_n).max() > _STEADY_MPS:
+            self._refused, self._refused_n = 0, velocity_n
+        self._refused += 1
+        if self._refused > self._timing.insist:
+            self._lose(row)
 
     def _first_touch(self) -> int:
         """Return when this stance began: it may have been shaken since."""

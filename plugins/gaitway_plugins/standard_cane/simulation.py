@@ -1,21 +1,22 @@
-"""A person walking with a quad cane, with exact truth.
+"""A person walking with a standard cane, with exact truth.
 
-The cane stands by itself, is lifted, swung forward, put down and leaned on while the person steps,
-over and over: on the ground it is still, in the air it translates and tilts a little (Dang and Suh
-2018, Section 3.1.1 and Figures 3-5). The point whose path is measured is the base: the middle of
-the four feet on the floor, origin of frame d.
+The tip stands while the person leans the shaft over it, an inverted pendulum; then the tip is
+lifted, swung ahead of the hand and put down again (Dang & Suh 2018, Section 3.1.2 and Figures 7 to
+10). The point whose path is measured is the tip, origin of frame d. The shaft never stands still:
+it turns on at contact and at lift, the hand trembles, the rubber rolls, rings and slides.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import cos, pi, radians, sin, sqrt
+from math import asin, cos, pi, radians, sin, sqrt
 from typing import Final, Self
 
 import numpy as np
 
 from gaitway.api import Floats, SimulatedWalk, WalkPlan
 from gaitway.simulation import (
+    ImuModel,
     Knot,
     Person,
     RigidMotion,
@@ -23,6 +24,7 @@ from gaitway.simulation import (
     Spline,
     Stacked,
     Sum,
+    Tremor,
     TrueStride,
     mounted,
     record,
@@ -32,58 +34,101 @@ from gaitway.simulation import (
 )
 
 MOUNTING: Final = {"x": "up", "y": "right", "z": "forward"}
-BASE_TO_IMU_D: Final = (0.02, 0.0, 0.5)
-"""The IMU sits on the front of the shaft, half a metre above the floor."""
-SPEED_RANGE_MPS: Final = (0.05, 1.2)
-HOLDING_STILL: Final = 0.04
-"""Tremor of the planted cane relative to the one in the air: the floor holds it."""
-GRASP_S: Final = 0.3
-"""The hand takes the cane this long before it is lifted first, and lets go as long after."""
-SLIDE_S: Final = 0.05
-SINK_S: Final = 0.03
-ROCK_S: Final = 0.09
-"""After contact the feet slide, sink in and find the floor one by one for this long."""
-AWRY_SIGMA_RAD: Final = radians(1.0)
-"""Standard deviation of each angle by which the IMU is fixed awry on the shaft."""
+SPEED_RANGE_MPS: Final = (0.1, 1.6)
+HAND_M: Final = 0.85
+"""Height of the hand above the tip."""
+MEMS: Final = ImuModel(
+    gyro=replace(ImuModel().gyro, noise_rthz=radians(0.02), bias=radians(0.5), scale=3e-3),
+    accel=replace(ImuModel().accel, noise_rthz=3e-3, bias=0.05, scale=3e-3),
+)
+"""A cheap sensor, not calibrated."""
+SETTLE_S: Final = 0.05
+"""After contact the rubber slides and gives for so long."""
+LIMITS: Final = {
+    "imu_to_tip_m": (0.1, 0.9), "sway_rad": (0.0, 0.2), "creep_m": (0.0, 0.02),
+    "shock": (0.0, 5.0), "lift_m": (0.02, 0.2),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What can be varied by name.
+
+    Attributes:
+        imu_to_tip_m: Height of the IMU above the tip, along the shaft.
+        sway_rad: Amplitude of the hand's swaying before and after the walk.
+        creep_m: How far the rubber rolls in a stance, at most.
+        shock: Of contacts, relative to the usual.
+        lift_m: How high the tip is swung; the person's own where 0.
+        sensor: ``mti`` or ``mems``.
+    """
+
+    imu_to_tip_m: float = 0.575
+    sway_rad: float = 0.01
+    creep_m: float = 0.002
+    shock: float = 1.0
+    lift_m: float = 0.0
+    sensor: str = "mti"
+
+    @classmethod
+    def of(cls, plan: WalkPlan) -> Self:
+        """Return what a plan asks for.
+
+        Raises:
+            ValueError: It asks for something unknown or out of range.
+        """
+        values: dict[str, str | float] = {}
+        for name, value in plan.conditions.items():
+            if name == "sensor" and value in ("mti", "mems"):
+                values[name] = value
+                continue
+            if name not in LIMITS or isinstance(value, str):
+                known = ", ".join((*LIMITS, "sensor (mti or mems)"))
+                raise ValueError(f"condition {name} = {value}: a standard cane has {known}")
+            low, high = LIMITS[name]
+            if not low <= value <= high:
+                raise ValueError(f"condition {name} = {value}: is from {low} to {high}")
+            values[name] = value
+        return cls(**values)  # type: ignore[arg-type]  # checked by name above
 
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """How the cane stands on the floor between two swings.
+    """How the tip stands between two swings.
 
     Attributes:
-        contact_s: When the feet touch the floor; 0 for the first stance.
-        lift_s: When they leave it; the last stance goes on for ever.
-        x_m: Base in n.
-        y_m: Base in n.
-        angles_rad: Yaw, pitch and roll: the floor is not even and a hand not exact.
+        contact_s: When the tip touches the floor; 0 for the first stance.
+        lift_s: When it leaves it; the last stance goes on for ever.
+        place_m: Of the tip in the plane, shape (2,).
+        creep_m: How far it rolls until it is lifted, shape (2,).
+        contact_rad: Yaw, pitch and roll of the shaft at contact, shape (3,).
+        lift_rad: The same at lift.
     """
 
     contact_s: float
     lift_s: float
-    x_m: float
-    y_m: float
-    angles_rad: tuple[float, float, float]
+    place_m: Floats
+    creep_m: Floats
+    contact_rad: Floats
+    lift_rad: Floats
 
 
 @dataclass(frozen=True, slots=True)
 class Habit:
-    """A person's way with a quad cane.
+    """A person's way with a standard cane.
 
     Attributes:
-        length_m: Usual placement, 0.3 to 0.6 m where the plan sets no speed.
-        cycle_s: From contact to contact, 1.5 to 2.5 s where the plan sets no speed.
-        stance_share: Share of the cycle on the floor, 0.45 to 0.6.
-        lift_m: How high the base is carried, 0.03 to 0.08 m from placement to placement.
-        tilt_rad: How far the shaft is leaned forward after lifting and back before contact.
-        touch_mps: Downward speed at which the feet meet the floor.
+        length_m: Usual placement.
+        cycle_s: From contact to contact.
+        stance_share: Share of the cycle on the floor.
+        lift_m: How high the tip is swung.
+        touch_mps: Downward speed at which it meets the floor.
     """
 
     length_m: float
     cycle_s: float
     stance_share: float
     lift_m: float
-    tilt_rad: float
     touch_mps: float
 
     @classmethod
@@ -91,198 +136,193 @@ class Habit:
         """Return the habit of a person; a planned speed changes length and cycle by equal shares.
 
         Raises:
-            ValueError: Nobody walks at the plan's speed with a quad cane.
+            ValueError: Nobody walks at the plan's speed with a cane.
         """
-        length_m = float(np.clip(rng.normal(0.45, 0.05) * sqrt(person.pace), 0.3, 0.6))
-        cycle_s = float(np.clip(rng.normal(2.0, 0.15) / sqrt(person.pace), 1.5, 2.5))
+        length_m = float(np.clip(rng.normal(0.85, 0.1) * sqrt(person.pace), 0.5, 1.2))
+        cycle_s = float(np.clip(rng.normal(1.3, 0.1) / sqrt(person.pace), 0.95, 2.0))
         if plan.speed_mps is not None:
             low, high = SPEED_RANGE_MPS
             if not low <= plan.speed_mps <= high:
-                raise ValueError(
-                    f"speed_mps {plan.speed_mps}: a quad cane goes at {low} to {high} m/s"
-                )
+                raise ValueError(f"speed_mps {plan.speed_mps}: a cane goes at {low} to {high} m/s")
             ratio = plan.speed_mps * cycle_s / length_m
-            length_m = float(np.clip(length_m * sqrt(ratio), 0.15, 0.9))
+            length_m = float(np.clip(length_m * sqrt(ratio), 0.25, 1.5))
             cycle_s = length_m / plan.speed_mps
         return cls(
             length_m=length_m,
             cycle_s=cycle_s,
-            stance_share=float(rng.uniform(0.45, 0.6)),
-            lift_m=float(rng.uniform(0.035, 0.07)),
-            tilt_rad=radians(float(rng.uniform(4.0, 9.0))),
-            touch_mps=float(rng.uniform(0.08, 0.2)),
+            stance_share=float(rng.uniform(0.5, 0.62)),
+            lift_m=float(rng.uniform(0.03, 0.1)),
+            touch_mps=float(rng.uniform(0.1, 0.4)),
         )
 
 
 def simulate(plan: WalkPlan) -> SimulatedWalk:
-    """Return a walk with a quad cane.
+    """Return a walk with a standard cane.
 
     A stride is one placement: from the contact before (for the first: from lifting the cane) to
-    its contact, its length the horizontal distance between the two places where the base stood.
-    Small placements while turning round count like any other.
+    its contact, its length the horizontal distance between the two places of the tip.
 
     Args:
-        plan: What to walk; ``distance_m`` is reached to within half a placement.
+        plan: What to walk; ``distance_m`` is reached to within half a placement. Conditions:
+            ``imu_to_tip_m`` (height of the IMU above the tip), ``sway_rad``, ``creep_m``,
+            ``shock``, ``lift_m``, ``sensor`` (``mti`` or ``mems``).
 
     Raises:
-        ValueError: The plan's speed is out of reach.
+        ValueError: The plan's speed or a condition is out of reach.
     """
+    conditions = Conditions.of(plan)
     person = Person.draw(plan.seed)
-    rng = stream(plan.seed, "quad-cane")
+    rng = stream(plan.seed, "standard-cane")
     habit = Habit.draw(person, plan, rng)
+    if conditions.lift_m:
+        habit = replace(habit, lift_m=conditions.lift_m)
+    awry_rad = rng.normal(0.0, radians(1.0))
     if plan.repetition:
-        rng = stream(plan.seed, "quad-cane", plan.repetition)
-    stances = _stances(plan, person, habit, rng)
-    motion = _motion(stances, person, habit, rng)
-    duration_s = stances[-1].contact_s + GRASP_S + plan.rest_s
-    tilt_rad = rng.normal(0.0, AWRY_SIGMA_RAD, 3).tolist()
-    place = mounted(MOUNTING, BASE_TO_IMU_D, tilt_rad)
-    return record(plan, motion, place, duration_s, list(_strides(stances)))
+        rng = stream(plan.seed, "standard-cane", plan.repetition)
+    stances = _stances(plan, habit, conditions, rng)
+    end_s = stances[-1].contact_s + 0.3 + plan.rest_s
+    motion = _motion(stances, end_s, person, habit, conditions, rng)
+    # Awry about the shaft only: the way to the tip stays as it was told.
+    place = mounted(MOUNTING, (0.0, 0.0, conditions.imu_to_tip_m), (awry_rad, 0.0, 0.0))
+    model = MEMS if conditions.sensor == "mems" else ImuModel()
+    return record(plan, motion, place, end_s, list(_strides(stances)), model=model)
 
 
 def _strides(stances: Sequence[Stance]) -> Iterator[TrueStride]:
     start_s = stances[0].lift_s
     for before, after in pairwise(stances):
-        length_m = float(np.hypot(after.x_m - before.x_m, after.y_m - before.y_m))
+        length_m = float(np.linalg.norm(after.place_m - before.place_m))
         yield TrueStride(start_s, after.contact_s, length_m)
         start_s = after.contact_s
 
 
 def _stances(
-    plan: WalkPlan, person: Person, habit: Habit, rng: np.random.Generator
+    plan: WalkPlan, habit: Habit, conditions: Conditions, rng: np.random.Generator
 ) -> list[Stance]:
-    """Return where and when the cane stands, from the first stance to the last."""
-    lift_s = plan.rest_s + GRASP_S
-    stances = [Stance(0.0, lift_s, 0.0, 0.0, _lean(person, 0.0, rng))]
-    heading_rad = aim_rad = 0.0
-    for length_m, turn_rad in _course(plan, person, habit, rng):
-        aim_rad += turn_rad
+    """Return where and when the tip stands, from the first stance to the last."""
+    lift_s = plan.rest_s
+    upright = np.radians(rng.normal(0.0, 2.0, 3))
+    nowhere = np.zeros(2)
+    stances = [Stance(0.0, lift_s, nowhere, nowhere, upright, upright)]
+    heading_rad = 0.0
+    for length_m, turn_rad in _course(plan, habit, rng):
         # Off course by a degree a placement, and steering back.
-        veer_rad = turn_rad + 0.2 * (aim_rad - turn_rad - heading_rad) + rng.normal(0.0, 0.017)
-        course_rad = heading_rad + 0.5 * veer_rad + rng.normal(0.0, 0.035)
-        heading_rad += veer_rad
-        cycle_s = habit.cycle_s * max(0.7, rng.normal(1.0, person.time_variation))
+        heading_rad += turn_rad + rng.normal(0.0, 0.02)
+        cycle_s = habit.cycle_s * max(0.7, rng.normal(1.0, 0.04))
         stance_s = cycle_s * (habit.stance_share + rng.normal(0.0, 0.015))
         last = stances[-1]
         contact_s = last.lift_s + cycle_s - stance_s
-        x_m, y_m = last.x_m + length_m * cos(course_rad), last.y_m + length_m * sin(course_rad)
-        lean_rad = _lean(person, heading_rad, rng)
-        stances.append(Stance(contact_s, contact_s + stance_s, x_m, y_m, lean_rad))
+        way = np.array([cos(heading_rad), sin(heading_rad)])
+        half_rad = asin(min(0.6, 0.5 * habit.stance_share * length_m / HAND_M))
+        lean_rad = np.radians(rng.normal(0.0, 2.0, (2, 3)))
+        lean_rad += [[heading_rad, -half_rad, 0.0], [heading_rad, half_rad, 0.0]]
+        creep_m = conditions.creep_m * rng.uniform(0.0, 1.0) * way
+        place_m = last.place_m + length_m * way
+        stances.append(Stance(contact_s, contact_s + stance_s, place_m, creep_m, *lean_rad))
     return stances
 
 
 def _course(
-    plan: WalkPlan, person: Person, habit: Habit, rng: np.random.Generator
+    plan: WalkPlan, habit: Habit, rng: np.random.Generator
 ) -> Iterator[tuple[float, float]]:
     """Yield length and turn of each placement, at least one."""
-    turns = _turn(rng) if plan.turn_back else []
+    turns = int(rng.integers(4, 7)) if plan.turn_back else 0
+    turn_rad = pi / turns * float(rng.choice([-1.0, 1.0])) if turns else 0.0
     walked_m = 0.0
     while turns or walked_m == 0.0 or walked_m < plan.distance_m - 0.5 * habit.length_m:
+        length_m = habit.length_m * max(0.4, rng.normal(1.0, 0.05))
         if turns and walked_m >= 0.5 * (plan.distance_m - habit.length_m):
-            length_m, turn_rad = turns.pop()
+            turns -= 1
+            length_m *= 0.5
+            yield length_m, turn_rad
         else:
-            turn_rad = 0.0
-            length_m = habit.length_m * max(0.4, rng.normal(1.0, 1.5 * person.length_variation))
+            yield length_m, 0.0
         walked_m += length_m
-        yield length_m, turn_rad
-
-
-def _turn(rng: np.random.Generator) -> list[tuple[float, float]]:
-    """Return length and turn of the short placements that turn a person half round."""
-    count = int(rng.integers(5, 9))
-    turns_rad = pi * rng.dirichlet(np.full(count, 20.0)) * rng.choice([-1.0, 1.0])
-    return [(float(rng.uniform(0.08, 0.22)), float(turn_rad)) for turn_rad in turns_rad]
-
-
-def _lean(
-    person: Person, heading_rad: float, rng: np.random.Generator
-) -> tuple[float, float, float]:
-    """Return yaw, pitch and roll of a planted cane, different each time it is put down."""
-    return (
-        heading_rad + radians(rng.normal(0.0, 2.0)),
-        0.5 * person.posture_pitch_rad + radians(float(np.clip(rng.normal(0.0, 0.7), -2.0, 2.0))),
-        0.5 * person.posture_roll_rad + radians(float(np.clip(rng.normal(0.0, 0.7), -2.0, 2.0))),
-    )
 
 
 def _motion(
-    stances: Sequence[Stance], person: Person, habit: Habit, rng: np.random.Generator
+    stances: Sequence[Stance],
+    end_s: float,
+    person: Person,
+    habit: Habit,
+    conditions: Conditions,
+    rng: np.random.Generator,
 ) -> RigidMotion:
     ground: list[Knot] = []
     height: list[Knot] = []
-    angles: list[Knot] = []
-    grip = [rest(stances[0].lift_s - GRASP_S, 0.0)]
     for before, after in pairwise(stances):
         ground += _across_ground(before, after, rng)
         height += _over_ground(before, after, habit, rng)
-        angles += _tilting(before, after, habit, rng)
-        grip += _holding(before, after)
-    grip.append(rest(stances[-1].contact_s + GRASP_S, 0.0))
     contacts_s = np.array([stance.contact_s for stance in stances[1:]])
-    base, shaft = _shocks(contacts_s, rng)
+    tip, shaft = _shocks(contacts_s, conditions.shock, rng)
+    lift_s, down_s = stances[0].lift_s, stances[-1].contact_s + 0.3
+    grip = Spline([rest(0.0, 0.0), rest(lift_s, 1.0), rest(down_s, 1.0), rest(end_s, 0.0)])
     return RigidMotion(
-        position=Sum(Stacked(Spline(ground), Spline(height)), base),
-        angles=Sum(Spline(angles), shaft, person.tremor(Spline(grip), rng)),
+        position=Sum(Stacked(Spline(ground), Spline(height)), tip),
+        angles=Sum(
+            Spline(list(_leaning(stances))),
+            shaft,
+            person.tremor(grip, rng),
+            _sway(lift_s, down_s, end_s, conditions.sway_rad, rng),
+        ),
     )
 
 
+def _leaning(stances: Sequence[Stance]) -> Iterator[Knot]:
+    """Yield yaw, pitch and roll: over the tip in stance, back in swing, never at rest between."""
+    yield rest(stances[0].lift_s - 0.1, *stances[0].lift_rad)
+    for stance in stances[1:-1]:
+        yield via(stance.contact_s, *stance.contact_rad)
+        yield via(stance.lift_s, *stance.lift_rad)
+    last = stances[-1]
+    yield via(last.contact_s, *last.contact_rad)
+    yield rest(last.contact_s + 0.3, *(0.5 * (last.contact_rad + last.lift_rad)))
+
+
 def _across_ground(before: Stance, after: Stance, rng: np.random.Generator) -> Iterator[Knot]:
-    """Yield where the base is in the plane; at contact it still slides a millimetre or two."""
-    place = np.array([after.x_m, after.y_m])
-    way = place - [before.x_m, before.y_m]
-    sliding_mps = rng.uniform(0.02, 0.08) * way / np.linalg.norm(way)
-    touch = place - 0.4 * SLIDE_S * sliding_mps
-    yield rest(before.lift_s, before.x_m, before.y_m)
+    """Yield where the tip is in the plane; at contact it still slides a millimetre or two."""
+    way = after.place_m - before.place_m
+    sliding_mps = rng.uniform(0.0, 0.1) * way / np.linalg.norm(way)
+    touch = after.place_m - 0.4 * SETTLE_S * sliding_mps
+    yield rest(before.lift_s, *(before.place_m + before.creep_m))
     yield Knot(after.contact_s, tuple(touch), tuple(sliding_mps), (0.0, 0.0))
-    yield rest(after.contact_s + SLIDE_S, *place)
+    yield rest(after.contact_s + SETTLE_S, *after.place_m)
 
 
 def _over_ground(
     before: Stance, after: Stance, habit: Habit, rng: np.random.Generator
 ) -> Iterator[Knot]:
-    """Yield the height of the base; the rubber feet give by a millimetre when they land."""
+    """Yield the height of the tip; the rubber gives by a millimetre when it lands."""
     swing_s = after.contact_s - before.lift_s
     touch_mps = habit.touch_mps * rng.uniform(0.7, 1.3)
     yield rest(before.lift_s, 0.0)
     lift_m = habit.lift_m * rng.uniform(0.85, 1.15)
-    yield via(before.lift_s + rng.uniform(0.4, 0.55) * swing_s, lift_m)
+    yield via(before.lift_s + rng.uniform(0.4, 0.6) * swing_s, lift_m)
     yield Knot(after.contact_s, (0.0,), (-touch_mps,), (0.0,))
-    yield rest(after.contact_s + SINK_S, 0.0)
+    yield rest(after.contact_s + 0.6 * SETTLE_S, 0.0)
 
 
-def _tilting(
-    before: Stance, after: Stance, habit: Habit, rng: np.random.Generator
-) -> Iterator[Knot]:
-    """Yield yaw, pitch and roll: forward after lifting, back before contact, then foot by foot."""
-    swing_s = after.contact_s - before.lift_s
-    old, new = np.array(before.angles_rad), np.array(after.angles_rad)
-    tilt = np.array([0.0, habit.tilt_rad * rng.uniform(0.8, 1.2), 0.0])
-    sway = np.array([0.0, 0.0, radians(rng.normal(0.0, 1.5))])
-    uneven = np.radians([0.3, 0.5, 0.5]) * rng.standard_normal(3)
-    yield rest(before.lift_s, *old)
-    yield via(before.lift_s + 0.30 * swing_s, *(0.70 * old + 0.30 * new + 0.6 * tilt + sway))
-    yield via(before.lift_s + 0.75 * swing_s, *(0.25 * old + 0.75 * new - tilt - sway))
-    yield Knot(after.contact_s, tuple(new + uneven), accelerations=(0.0, 0.0, 0.0))
-    yield rest(after.contact_s + ROCK_S, *new)
+def _sway(
+    lift_s: float, down_s: float, end_s: float, sway_rad: float, rng: np.random.Generator
+) -> Tremor:
+    """Return how the hand moves the planted cane before and after the walk."""
+    quiet = [rest(lift_s, 0.0), rest(down_s, 0.0)]
+    envelope = [
+        rest(0.0, 0.0), rest(0.2 * lift_s, 1.0), rest(0.8 * lift_s, 1.0), *quiet,
+        rest(down_s + 0.3 * (end_s - down_s), 1.0), rest(end_s, 0.0),
+    ]  # fmt: skip
+    peaks = sway_rad * rng.uniform(0.3, 0.6, (2, 3))
+    return Tremor(Spline(envelope), peaks, [0.35, 0.8], rng.uniform(0.0, 2.0 * pi, (2, 3)))
 
 
-def _holding(before: Stance, after: Stance) -> Iterator[Knot]:
-    """Yield how freely the hand's tremor moves the cane: 1 in the air, hardly on the floor."""
-    yield rest(before.lift_s, HOLDING_STILL)
-    yield rest(before.lift_s + 0.25 * (after.contact_s - before.lift_s), 1.0)
-    yield rest(after.contact_s, 1.0)
-    yield rest(after.contact_s + ROCK_S, HOLDING_STILL)
-
-
-def _shocks(contacts_s: Floats, rng: np.random.Generator) -> tuple[Shocks, Shocks]:
-    """Return how the rubber feet ring, gone within 0.15 s, and the shaft, within 0.3 s.
-
-    The first is a fraction of a millimetre, the second of a tenth of a degree.
-    """
+def _shocks(
+    contacts_s: Floats, shock: float, rng: np.random.Generator
+) -> tuple[Shocks, Shocks]:
+    """Return how the rubber tip rings, gone within 0.15 s, and the shaft, within 0.3 s."""
     size = (len(contacts_s), 3)
-    feet_m = rng.standard_normal(size) * np.array([1.5e-4, 1.5e-4, 2.5e-4])
-    shaft_rad = rng.standard_normal(size) * np.array([5e-4, 2e-3, 1e-3])
+    tip_m = shock * rng.standard_normal(size) * np.array([1e-4, 1e-4, 2e-4])
+    shaft_rad = shock * rng.standard_normal(size) * np.array([5e-4, 1e-3, 1e-3])
     return (
-        Shocks(contacts_s, feet_m, float(rng.uniform(30.0, 45.0)), 0.004),
+        Shocks(contacts_s, tip_m, float(rng.uniform(30.0, 45.0)), 0.004),
         Shocks(contacts_s, shaft_rad, float(rng.uniform(15.0, 25.0)), 0.008),
     )
