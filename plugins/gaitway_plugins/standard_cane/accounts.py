@@ -149,7 +149,7 @@ class Accounts:
             and p.min_stride_m <= way.length_m <= p.max_stride_m
             and way.sigma_m <= p.max_stride_sigma_m
             and abs(way.rise_m) <= p.max_rise_m
-            and way.clearance_m >= p.min_clearance_m
+            and way.clearance_m >= p.min_clearance_m + way.sigma_m
             and way.swung >= p.min_swung_per_m * way.length_m
         )
 

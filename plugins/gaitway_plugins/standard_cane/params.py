@@ -59,7 +59,8 @@ class StandardCaneParams(Params):
     max_rise_m: float = Field(0.25, gt=0.0)
     """Nor one that ends so much higher or lower: no stair is as high."""
     min_clearance_m: float = Field(0.01, ge=0.0)
-    """Nor one in which the tip did not rise above the floor: a cane is lifted."""
+    """Nor one in which the tip did not rise above the floor, by so much more than the navigation
+    is unsure: a cane is lifted."""
     min_swung_per_m: float = Field(0.05)
     """Nor one in which the shaft kept its lean: the tip swings ahead of the hand, which goes on at
     the pace of the person. Change of the lean, as a sine, for each metre of the stride: 0.4 to 0.7
