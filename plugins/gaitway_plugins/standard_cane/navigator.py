@@ -111,6 +111,10 @@ class Navigator:
         velocity_n: Floats = self._kf.vel_n + turning_n
         return velocity_n
 
+    def force_n(self, row: TipRow) -> Floats:
+        """Return the specific force of the tip in n, m/s^2, shape (3,)."""
+        return np.array(rotation.rotate(self._kf.q_nd, row.force_d.tolist()))
+
     def tilt_rad(self) -> float:
         """Return the angle between shaft and vertical."""
         return rotation.tilt_rad(self._kf.q_nd)
@@ -134,7 +138,7 @@ class Navigator:
         mean = forces.mean(axis=0)
         spread_mps2 = float(np.sqrt(forces.var(axis=0).sum()))
         lean_rad = math.acos(min(1.0, max(-1.0, mean[2] / float(np.linalg.norm(mean)))))
-        if spread_mps2 > 2.0 * p.contact_force_max_mps2 or lean_rad > p.start_tilt_max_rad:
+        if spread_mps2 > p.start_spread_max_mps2 or lean_rad > p.start_tilt_max_rad:
             return False
         self._origin_n = self.tip_n
         kf.pos_n[:] = 0.0

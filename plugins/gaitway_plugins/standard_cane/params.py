@@ -8,6 +8,10 @@ from pydantic import Field
 from gaitway.api import Params
 
 
+class TipOptions(Params):
+    """Options of the tip's calibration: there is nothing to tell."""
+
+
 class StandardCaneParams(Params):
     """Tuning of the standard cane. "Paper" is Dang & Suh (2018)."""
 
@@ -40,7 +44,7 @@ class StandardCaneParams(Params):
     contact_share: float = Field(0.03, ge=0.0)
     """Standard deviation of the navigated velocity of the tip at a contact, for that purpose, as a
     share of the swing's fastest: what shocks and a bending shaft leave."""
-    insist_s: float = Field(0.2, gt=0.0)
+    insist_s: float = Field(0.4, gt=0.0)
     """A contact that the velocity contradicts for so long is right, and the velocity lost."""
 
     walking_window_s: float = Field(2.0, gt=0.0, le=10.0)
@@ -80,6 +84,9 @@ class StandardCaneParams(Params):
     """Stance it takes to go on where navigation was lost; the biases are known by then."""
     start_rate_max_radps: float = Field(0.6, gt=0.0)
     """Angular rate below which it may begin."""
+    start_spread_max_mps2: float = Field(0.4, gt=0.0)
+    """Standard deviation of the tip's specific force below which it may begin: in the middle of a
+    swing it is as long as gravity, but turns."""
     start_tilt_max_rad: float = Field(radians(40.0), gt=0.0)
     """Lean below which it may begin: a cane that leans further lies, or is carried."""
     max_bridge_s: float = Field(0.1, ge=0.0)

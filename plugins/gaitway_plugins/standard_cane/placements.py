@@ -66,8 +66,8 @@ class Lost:
 
 _SHAKEN_M: Final = 0.03
 """A tip that moved less between two contacts was not lifted in between."""
-_STEADY_MPS: Final = 0.15
-"""A velocity that changes by less while the tip stands is wrong by a constant, and a tilt."""
+_STEADY_MPS2: Final = 0.7
+"""A specific force in n that changes by less is that of a tip that stands."""
 
 Record = Lift | Clip | Landing | Lost
 
@@ -217,12 +217,12 @@ class Placements:
     def _contradict(self, row: TipRow) -> None:
         """Count how long the forces say that the tip stands and the velocity that it does not.
 
-        In the middle of a swing the forces say so too, where its acceleration is level; but then
-        the velocity changes. If it does not, it is the velocity that is wrong.
+        In the middle of a swing their length says so too; but then their direction turns. If it
+        does not, it is the velocity that is wrong.
         """
-        velocity_n = self._navigator.tip_velocity_n(row)
-        if not self._refused or np.abs(velocity_n - self._refused_n).max() > _STEADY_MPS:
-            self._refused, self._refused_n = 0, velocity_n
+        force_n = self._navigator.force_n(row)
+        if not self._refused or np.abs(force_n - self._refused_n).max() > _STEADY_MPS2:
+            self._refused, self._refused_n = 0, force_n
         self._refused += 1
         if self._refused > self._timing.insist:
             self._lose(row)
