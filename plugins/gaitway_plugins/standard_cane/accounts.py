@@ -124,6 +124,8 @@ class Accounts:
 
     def _placed(self, way: Way, lift_ns: int) -> list[Event]:
         if not self._walked(way, lift_ns):
+            if self._ledger.in_bout and self._walking_since_ns is not None:
+                self._unseen_s += (self._now_ns - lift_ns) / NS_PER_S
             return []
         events = self._fill() if self._unseen_s else []
         now_ns, start_ns, stance_s = self._now_ns, lift_ns, None

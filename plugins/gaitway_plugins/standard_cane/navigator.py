@@ -1,7 +1,7 @@
 """Where the tip of the cane is between one stance and the next, and how well that is known."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -92,6 +92,7 @@ class Navigator:
         self._highest_m = 0.0
         self._fastest_mps = 0.0
         self._factor = 1.0
+        self._before_landing = (self._kf.nominal, self._kf.covariance, 0.0, 1.0)
         self.aligned = False
 
     @property
@@ -101,7 +102,10 @@ class Navigator:
 
     @property
     def tip_n(self) -> Floats:
-        """Position of the tip in n since the first start, metres, shape (3,)."""
+        """Position of the tip in n since the first start, metres, shape (3,).
+
+        Where navigation was lost it goes on from the stance before.
+        """
         return self._origin_n + self._since_mark_n()
 
     def tip_velocity_n(self, row: TipRow) -> Floats:
@@ -140,9 +144,8 @@ class Navigator:
         lean_rad = math.acos(min(1.0, max(-1.0, mean[2] / float(np.linalg.norm(mean)))))
         if spread_mps2 > p.start_spread_max_mps2 or lean_rad > p.start_tilt_max_rad:
             return False
-        self._origin_n = self.tip_n
-        kf.pos_n[:] = 0.0
         kf.q_nd = rotation.from_gravity(np.subtract(mean, kf.accel_bias_d).tolist())
+        kf.pos_n[:] = -self._lever_n()
         kf.set_block(POS, 0.0)
         kf.set_block(VEL, 1.0)
         kf.set_block(ATT, np.diag([1.0, 1.0, 0.0]))
@@ -196,12 +199,27 @@ class Navigator:
         loose = self._standing(row, math.hypot(2.0 * sigma_mps, share_mps))
         if kf.innovation(loose).nis > self._tuning.contact_nis_max:
             return False
+        if landing:
+            self._before_landing = (
+                kf.nominal.copy(), kf.covariance.copy(), self._fastest_mps, self._factor
+            )  # fmt: skip
         nis = kf.correct(self._standing(row, sigma_mps)).nis
         if landing:
             self._factor += (nis / 3.0 - self._factor) / _MEMORY
             self._fastest_mps = 0.0
             self._pointing_n = self._lever_n() / self._lever_m
         return True
+
+    def unland(self, rows: Iterable[TipRow]) -> None:
+        """Take back the last landing: the tip was still moving.
+
+        Args:
+            rows: Those since, without the landing's.
+        """
+        nominal, covariance, self._fastest_mps, self._factor = self._before_landing
+        self._kf.nominal[:], self._kf.covariance[:] = nominal, covariance
+        for row in rows:
+            self.move(row)
 
     def on_floor(self) -> bool:
         """Take in that the tip is as high as where it was lifted (Eqs. 29-30), if it may be.

@@ -38,10 +38,10 @@ class StandardCaneParams(Params):
     paper is 0.2, at the IMU; a contact is proven by its velocity here."""
     contact_rate_max_radps: float = Field(5.0, gt=0.0)
     """Angular rate below which the tip may stand: nobody leans over faster."""
-    contact_nis_max: float = Field(30.0, gt=0.0)
+    contact_nis_max: float = Field(25.0, gt=0.0)
     """Only a navigated velocity of the tip this near to zero, as a normalised innovation squared,
     is taken for standing: a smooth swing passes the test of forces in mid-air."""
-    contact_share: float = Field(0.03, ge=0.0)
+    contact_share: float = Field(0.015, ge=0.0)
     """Standard deviation of the navigated velocity of the tip at a contact, for that purpose, as a
     share of the swing's fastest: what shocks and a bending shaft leave."""
     insist_s: float = Field(0.4, gt=0.0)

@@ -131,6 +131,7 @@ class Placements:
         self._stood_index = 0
         self._refused = 0
         self._refused_n = np.zeros(3)
+        self._since_landing: list[TipRow] = []
         self._force_sum = 0.0
         self._touched: tuple[int, Floats] | None = None
         self._open = False
@@ -169,6 +170,8 @@ class Placements:
 
     def _stand(self, row: TipRow, quiet: bool) -> None:
         self._navigator.move(row)
+        if self._open:
+            self._since_landing.append(row)
         if not quiet:
             self._lift()
         elif self._index - self._stood_index >= self._timing.every:
@@ -183,6 +186,7 @@ class Placements:
         if self._open and self._index - self._contact_index < self._timing.stance:
             self._touched = (self._contact_index, self._navigator.tip_n)
             self._open = False
+            self._navigator.unland(self._since_landing)
             self.phase = Phase.SWINGING
             return
         self.close()
@@ -208,6 +212,7 @@ class Placements:
         elif self._navigator.stand(row, landing=True):
             self._navigator.on_floor()
             self._stood_index = self._index
+            self._since_landing.clear()
             self._contact_index = self._first_touch()
             self._open = True
             self.phase = Phase.STANDING
