@@ -1,5 +1,6 @@
 """Where the tip is: the cane held on one spot and leaned about, a least-squares fit."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -18,11 +19,13 @@ from gaitway.api import (
 from gaitway.estimation import STANDARD_GRAVITY_MPS2, half_window
 from gaitway_plugins.standard_cane.params import StandardCaneParams, TipOptions
 
-_WINDOW_S: Final = 0.15
+_WINDOW_S: Final = 0.05
 """Over which specific force and angular rate are smoothed alike."""
 _MIN_DURATION_S: Final = 8.0
 _MAX_SIGMA_M: Final = 0.01
-_MAX_RESIDUAL_MPS2: Final = 0.6
+_MAX_RESIDUAL_MPS2: Final = 0.2
+_SCALE: Final = 0.002
+"""Relative error of a length by what is wrong with the sensor's scales."""
 _CORRELATED_S: Final = 0.1
 """Neighbouring residuals are alike for so long: so many samples count as one."""
 _ITERATIONS: Final = 12
@@ -68,7 +71,7 @@ def fit_tip(
     told = ", ".join(f"{x:.3f}" for x in fit.imu_to_tip_b)
     length_m = float(np.linalg.norm(fit.imu_to_tip_b))
     along = fit.imu_to_tip_b / length_m
-    along_sigma_m = float(np.sqrt(along @ fit.covariance @ along))
+    along_sigma_m = math.hypot(math.sqrt(along @ fit.covariance @ along), _SCALE * length_m)
     findings = [
         f"imu_to_tip_m = [{told}] m, +- {', '.join(f'{x:.4f}' for x in sigma_m)} m",
         f"distance of the tip {length_m:.3f} +- {along_sigma_m:.4f} m; the fit leaves "
@@ -76,7 +79,7 @@ def fit_tip(
     ]
     params = {
         "imu_to_tip_m": [round(float(x), 4) for x in fit.imu_to_tip_b],
-        "imu_to_tip_sigma_m": round(max(5e-4, along_sigma_m), 4),
+        "imu_to_tip_sigma_m": round(along_sigma_m, 4),
     }
     return CalibrationResult(params=params, findings=findings, picture=_picture(fit))
 

@@ -114,7 +114,7 @@ def test_the_tip_is_found_within_what_is_said(seed):
 
 def test_a_cane_that_is_hardly_leaned_is_refused():
     with pytest.raises(CalibrationError, match="lean the shaft"):
-        fit_tip(StandardCaneParams(), TipOptions(), _part(_leaned(radians(2.0))))
+        fit_tip(StandardCaneParams(), TipOptions(), _part(_leaned(radians(0.3))))
 
 
 def test_a_short_recording_is_refused():
