@@ -52,7 +52,7 @@ class Aligner:
         }
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what was saved within the same boot of the host; the link was down since.
+        """Go on from what was saved within the same boot of the host; ``link_opened`` is next.
 
         Raises:
             LookupError: Something is missing.
@@ -64,7 +64,6 @@ class Aligner:
         self._clock.restore(saved["clock"])
         self._last_device_ns, self._last_t_ns = last_device_ns, last_t_ns
         self._sequence = sequence
-        self._link_was_down = True
 
     def align(self, batch: DeviceBatch) -> list[EstimatorInput | Fault]:
         """Return the samples in host time, the gaps between them, and what had to be dropped."""

@@ -339,6 +339,8 @@ class DeviceType:
         summarise: Events of a walk to what ``gaitway estimate`` adds for this device, or puts in
             the place of what it says of every device (``distance_m`` is null for a crutch).
         calibrations: What ``gaitway calibrate`` can find for it.
+        measured: Parameters that are another for every device or person and so must be measured:
+            ``gaitway check`` tells which are left at their defaults.
     """
 
     name: str
@@ -352,3 +354,4 @@ class DeviceType:
     simulate: Callable[[WalkPlan], SimulatedWalk] | None = None
     summarise: Callable[[Sequence[Event]], Mapping[str, Any]] | None = None
     calibrations: tuple[Calibration, ...] = ()
+    measured: tuple[str, ...] = ()

@@ -61,6 +61,7 @@ class Registry:
             raise
         except Exception as exc:
             raise PluginContractError(ep.name, f"{type(exc).__name__}: {exc}") from exc
+        _check_measured(ep.name, devices)
         if not (transports or codecs or devices):
             raise PluginContractError(
                 ep.name, "offers nothing (decorate gaitway_devices with gaitway.api.hookimpl)"
@@ -114,6 +115,15 @@ def _offers(plugin: str, kind: type[T], hook: Callable[[], Any]) -> Sequence[T]:
                 )
             offers.append(offer)
     return offers
+
+
+def _check_measured(plugin: str, devices: Sequence[DeviceType]) -> None:
+    for device in devices:
+        unknown = sorted(set(device.measured) - set(device.params.model_fields))
+        if unknown:
+            raise PluginContractError(
+                plugin, f"{device.name}: measured names {unknown}, which are no parameters"
+            )
 
 
 def _check_duplicates(plugin: str, taken: Mapping[str, T], offers: Sequence[T]) -> None:

@@ -4,7 +4,6 @@ Nobody else in gaitway reads a clock. ``time.monotonic_ns`` is not touched by NT
 setting the date, or by a Pi without a battery-backed clock learning the time an hour after boot.
 """
 
-import asyncio
 import time
 from collections import deque
 from collections.abc import Mapping
@@ -44,6 +43,8 @@ class HostClock:
 
     async def sleep(self, delay_s: float) -> None:
         """Wait on the monotonic clock."""
+        import asyncio  # noqa: PLC0415  heavy, and commands that wait for nothing start without
+
         await asyncio.sleep(delay_s)
 
 

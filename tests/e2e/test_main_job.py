@@ -56,7 +56,7 @@ def test_two_devices_walk_and_another_process_sees_strides_and_distance(
         assert abs(found["distance_m"] - true_m) < max(0.1 * true_m, 4 * found["distance_sigma_m"])
     replayed = cli("replay", *gateway.recordings)
     assert replayed.stdout.count("equal to the recorded events") == 2
-    assert "cut off" not in replayed.stdout
+    assert "held back" not in replayed.stdout
     for name in truths:
         estimated = json.loads(
             cli("estimate", gateway.recordings[0], "--id", f"my-{name}", "--json").stdout

@@ -63,3 +63,23 @@ def test_a_disabled_plugin_is_not_even_imported(plugin):
     registry = load_registry(["bad"], found=[plugin("bad", "raise RuntimeError")])
     assert registry.failures == {}
     assert registry.disabled_found == ("bad",)
+
+
+DEVICE = """
+from gaitway.api import DeviceType, Params, hookimpl
+
+class PoleParams(Params):
+    length_m: float = 1.0
+
+@hookimpl
+def gaitway_devices():
+    return [DeviceType("pole", "", (), PoleParams, None, measured=("lenth_m",))]
+"""
+
+
+def test_a_measured_parameter_that_there_is_none_of_is_told(plugin):
+    registry = load_registry(found=[plugin("pole", DEVICE)])
+    assert "pole: measured names ['lenth_m']" in str(registry.failures["pole"])
+    registry = load_registry(found=[plugin("pole", DEVICE.replace("lenth", "length"))])
+    assert list(registry.devices) == ["pole"]
+    assert registry.device_origins == {"pole": "pole of unknown"}

@@ -43,7 +43,7 @@ OWNERS = {
     "pluggy": {"gaitway.hookspecs", "gaitway.registry"},
     "zenoh": {"gaitway.bus"},
     "mcap": {"gaitway.recording"},
-    "orjson": {"gaitway.recording", "gaitway.bus.payload"},
+    "orjson": {"gaitway.recording", "gaitway.bus.payload", "gaitway.offline.plain_csv"},
     "serial": {"gaitway_drivers.transports"},
     "pydantic": {
         "gaitway.params",

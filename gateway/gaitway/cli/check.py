@@ -6,10 +6,12 @@ gateway would do, and exits with 0.
 
 import argparse
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 from gaitway.cli.notices import print_notices
-from gaitway.config.load import load_config
+from gaitway.config.load import ResolvedDevice, load_config
+from gaitway.config.schema import ResumeConfig
 from gaitway.mounting import describe_axis
 
 
@@ -44,8 +46,36 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"bus: {', '.join(gateway.bus.listen) or 'listens nowhere'}")
     recording = gateway.recording
     print(f"recording: {recording.directory if recording.enabled else 'off'}")
+    print(f"restart: {_restart(gateway.resume)}")
     for note in loaded.notes:
         print(f"note: {note}")
+    for device in loaded.devices:
+        for note in _notes(device, arguments.config):
+            print(f"note: {device.config.id}: {note}")
     print_notices()
     print("ok")
     return 0
+
+
+def _restart(resume: ResumeConfig) -> str:
+    if resume.within_s <= 0:
+        return "every device begins anew"
+    return f"goes on within {resume.within_s:g} s from {resume.directory}"
+
+
+def _notes(device: ResolvedDevice, config: Path) -> Iterator[str]:
+    """Yield what is allowed and probably not meant."""
+    port = getattr(device.transport_params, "port", None)
+    if isinstance(port, str) and port.startswith("/") and not Path(port).exists():
+        yield f"port {port} is not there now (plug it in; systemd/99-gaitway.rules names it)"
+    name = device.config.id
+    commands = [
+        f"gaitway calibrate {config} {name} {calibration.name}"
+        for calibration in device.device_type.calibrations
+    ]
+    remedy = f" ({' or '.join(commands)})" if commands else ""
+    for key in device.device_type.measured:
+        if key not in device.config.params:
+            value = getattr(device.params, key)
+            told = "is not known" if value is None else f"= {value} is a typical one"
+            yield f"{key} {told}: measure yours and set it in params{remedy}"

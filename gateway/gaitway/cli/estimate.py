@@ -32,9 +32,7 @@ from gaitway.config.problems import Problem, did_you_mean, validate
 from gaitway.contracts import CalibrationResult, DeviceType, Estimator, Trace
 from gaitway.errors import ConfigError, InputDataError
 from gaitway.mounting import mounting_table, rotation_from_mounting
-from gaitway.offline.calibration_input import parts_of_files
 from gaitway.offline.csv_input import read_csv
-from gaitway.offline.mcap_input import read_mcap
 from gaitway.offline.recording import OfflineRecording
 from gaitway.offline.run import run_estimator, summarise
 from gaitway.params import Params
@@ -180,6 +178,8 @@ def _train(
     calibration = next((known for known in device.calibrations if known.trains), None)
     if calibration is None:
         raise InputDataError(f"--train: {device.name} learns nothing from a training walk")
+    from gaitway.offline.calibration_input import parts_of_files  # noqa: PLC0415  heavy
+
     options = calibration_options(calibration, "--train-set", arguments.train_set)
     parts = parts_of_files([arguments.train], calibration, C_db, arguments.id, device.requires)
     result = calibration.fit(params, options, parts)
@@ -209,6 +209,8 @@ def _read(arguments: argparse.Namespace) -> tuple[OfflineRecording, DeviceType]:
     if not path.is_file():
         raise InputDataError(f"{path}: no such file")
     if path.suffix in (".mcap", ".active"):
+        from gaitway.offline.mcap_input import read_mcap  # noqa: PLC0415  heavy
+
         recording = read_mcap(path, arguments.id)
         name = arguments.device or recording.device_type
         if name is None:

@@ -40,7 +40,7 @@ def _report(device: str, events: DeviceReplay) -> bool:
     number = events.first_difference
     if number is None:
         extra = len(events.replayed) - len(events.recorded)
-        cut = f" ({extra} more at the end, where the recording was cut off)" if extra else ""
+        cut = f" ({extra} more at the end, held back when the recording ended)" if extra else ""
         print(f"{device}: {counts}: equal to the recorded events{cut}")
         return True
     then = events.recorded[number] if number < len(events.recorded) else None

@@ -11,23 +11,27 @@ from gaitway.errors import ConfigError
 from gaitway.params import Params
 
 
-def assignments(texts: Sequence[str], settings: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Return settings with those of the texts over them; ``a.b=1`` goes into table ``a``.
+def assignments(texts: Sequence[str], flag: str = "--set") -> dict[str, Any]:
+    """Return the settings that texts make; ``a.b=1`` goes into table ``a``.
+
+    Args:
+        texts: ``KEY=VALUE`` each.
+        flag: What they are called on the command line, for messages.
 
     Raises:
         ConfigError: A text is no assignment.
     """
-    settings = {} if settings is None else settings
+    settings: dict[str, Any] = {}
     for assignment in texts:
         key, equals, text = assignment.partition("=")
         if not equals:
-            raise ConfigError(f"--set {assignment}: is not KEY=VALUE")
+            raise ConfigError(f"{flag} {assignment}: is not KEY=VALUE")
         *tables, name = key.strip().split(".")
         place = settings
         for table in tables:
             place = place.setdefault(table, {})
             if not isinstance(place, dict):
-                raise ConfigError(f"--set {assignment}: {table} is a value and has no keys")
+                raise ConfigError(f"{flag} {assignment}: {table} is a value and has no keys")
         place[name] = _toml_value(text.strip())
     return settings
 
@@ -44,7 +48,7 @@ def calibration_options(calibration: Calibration, flag: str, texts: Sequence[str
         ConfigError: An option is missing or wrong.
     """
     problems: list[Problem] = []
-    options = validate(calibration.options, assignments(texts), Path(flag), "", problems)
+    options = validate(calibration.options, assignments(texts, flag), Path(flag), "", problems)
     if options is None:
         raise ConfigError("\n".join(str(problem) for problem in problems))
     return options

@@ -9,20 +9,24 @@ The walk begins when the gateway has started the measurement; walk follows walk 
 Or as a file for gaitway estimate:
 
     gaitway simulate quad-cane --csv walk.csv --distance 170 --turn-back
+
+A device's simulation may know further conditions, --condition shocks=hard; a wrong one is told with
+those that there are.
 """
 
 import argparse
 import itertools
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from gaitway.cli.settings import assignments
 from gaitway.contracts import DeviceType, SimulatedWalk, WalkPlan
-from gaitway.errors import InputDataError
+from gaitway.errors import ConfigError, InputDataError
 from gaitway.registry import load_registry
 from gaitway.samples import CHANNELS
 from gaitway.testing.simulated_device import SimulatedDevice
@@ -46,6 +50,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rate", type=positive, default=100.0, metavar="HZ", help="samples (100)")
     parser.add_argument("--seed", type=natural, default=0, help="another seed, another person (0)")
     parser.add_argument("--turn-back", action="store_true", help="turn half-way and come back")
+    parser.add_argument(
+        "--condition",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="what else the device's simulation can vary, a number or a word; may be repeated",
+    )
     parser.add_argument(
         "--walks", type=natural, metavar="N", help="stop after N walks (default: never)"
     )
@@ -82,6 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
         rest_s=arguments.rest,
         speed_mps=arguments.speed,
         turn_back=arguments.turn_back,
+        conditions=_conditions(arguments.condition),
     )
     truth = TruthLog(arguments.truth)
     if arguments.csv:
@@ -108,6 +120,14 @@ def run(arguments: argparse.Namespace) -> int:
                 flush=True,
             )
     return 0
+
+
+def _conditions(texts: Sequence[str]) -> dict[str, str | float]:
+    conditions = assignments(texts, flag="--condition")
+    for key, value in conditions.items():
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise ConfigError(f"--condition {key}: {value!r} is neither a number nor a word")
+    return conditions
 
 
 def write_csv(walk: SimulatedWalk, path: Path) -> None:

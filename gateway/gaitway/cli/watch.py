@@ -6,6 +6,7 @@ devices. Devices that appear or vanish are told at once (their liveliness). Ctrl
 
 import argparse
 import json
+import math
 import sys
 import threading
 from typing import Any
@@ -71,11 +72,58 @@ def number(value: float | None, form: str = ".2f") -> str:
     return "?" if value is None else format(value, form)
 
 
+def degrees(angle_rad: float | None) -> str:
+    """Return an angle in whole degrees, for a person; payloads have radians."""
+    return number(None if angle_rad is None else math.degrees(angle_rad), "+.0f")
+
+
 def _stride(event: dict[str, Any]) -> str:
-    return (
+    text = (
         f"{number(event['stride_length_m'], '.3f')} +- "
         f"{number(event['stride_length_sigma_m'], '.3f')} m in "
         f"{number(event['stride_duration_s'])} s, {number(event['walking_speed_mps'])} m/s"
+    )
+    if event.get("height_change_m") is not None:
+        text += f", {event['height_change_m']:+.2f} m higher"
+    return text + "".join(f", {event[key]}" for key in ("terrain", "style") if event.get(key))
+
+
+def _load(event: dict[str, Any]) -> str:
+    text = (
+        f"peak {number(event['peak_force_newton'], '.0f')} +- "
+        f"{number(event['peak_force_sigma_newton'], '.0f')} N"
+    )
+    if event["peak_load_percent"] is not None:
+        text += f" ({event['peak_load_percent']:.0f} % of body weight)"
+    text += f", mean {number(event['mean_force_newton'], '.0f')} N"
+    text += f", {number(event['stance_duration_s'])} s on the ground"
+    if event["contact_pitch_rad"] is not None or event["lift_pitch_rad"] is not None:
+        text += f", pitch {degrees(event['contact_pitch_rad'])} to "
+        text += f"{degrees(event['lift_pitch_rad'])} deg"
+    return text
+
+
+def _pose(event: dict[str, Any]) -> str:
+    sigma_m = math.hypot(event["pos_x_sigma_m"], event["pos_y_sigma_m"])
+    text = f"{event['pos_x_m']:.2f} m ahead, {event['pos_y_m']:.2f} m left +- {sigma_m:.2f} m"
+    if event["height_m"] is not None:
+        text += f", {event['height_m']:+.2f} m up"
+    return f"{text}, heading {degrees(event['heading_rad'])} deg"
+
+
+def _turn(event: dict[str, Any]) -> str:
+    way = "left" if event["turn_angle_rad"] > 0 else "right"
+    return (
+        f"{math.degrees(abs(event['turn_angle_rad'])):.0f} +- "
+        f"{math.degrees(event['turn_angle_sigma_rad']):.0f} deg to the {way} in "
+        f"{number(event['turn_duration_s'], '.1f')} s"
+    )
+
+
+def _push(event: dict[str, Any]) -> str:
+    return (
+        f"{number(event['push_length_m'])} +- {number(event['push_length_sigma_m'])} m in "
+        f"{number(event['push_duration_s'], '.1f')} s, up to {number(event['peak_speed_mps'])} m/s"
     )
 
 
@@ -119,6 +167,10 @@ _WRITERS = {
     "stride": _stride,
     "distance": _distance,
     "bout": _bout,
+    "load": _load,
+    "pose": _pose,
+    "turn": _turn,
+    "push": _push,
     "anomaly": _anomaly,
     "status": _status,
 }

@@ -3,8 +3,9 @@
 The stages of an inertial estimator, in the order a sample meets them; each is a small object that
 takes a sample at a time, costs the same for every sample, and says how much later it answers:
 
-``GapBridge``
-    makes one stream of samples out of batches and gaps, and says where it is broken;
+``BlockBridge``, ``GapBridge``
+    make one stream out of batches and gaps, as blocks of samples or a sample at a time, and say
+    where it is broken;
 ``RestDetector``, ``align_at_rest``, ``level_at_rest``
     find a window of stillness, and start a filter from it;
 ``StanceDetector``, built on ``CentredHold``; ``CentredMean``
@@ -16,6 +17,8 @@ takes a sample at a time, costs the same for every sample, and says how much lat
     arithmetic is machine code or its slow twin;
 ``Saveable``
     gives an estimator ``save`` and ``restore``;
+``StrideInterpolation``
+    tells what strides missing samples hid in mid-walk;
 ``WalkLedger``
     keeps the books: strides in; stride, distance and bout events out.
 
@@ -25,20 +28,28 @@ single vectors are tuples of floats (``gaitway.estimation.rotation`` says why).
 """
 
 from gaitway.estimation import rotation
+from gaitway.estimation.clipping import ClipDetector
 from gaitway.estimation.error_state import (
     STANDARD_GRAVITY_MPS2,
     ErrorStateFilter,
     Innovation,
     Measurement,
 )
-from gaitway.estimation.gaps import Break, GapBridge, ImuSample
+from gaitway.estimation.gaps import BlockBridge, Break, GapBridge, ImuBlock, ImuSample
+from gaitway.estimation.interpolation import LostStrides, StrideInterpolation
 from gaitway.estimation.kernels import COMPILED
 from gaitway.estimation.ledger import WalkLedger
-from gaitway.estimation.measurements import gravity, pivot_velocity, zero_rate, zero_velocity
+from gaitway.estimation.measurements import (
+    gravity,
+    isotropic,
+    pivot_velocity,
+    zero_rate,
+    zero_velocity,
+)
 from gaitway.estimation.noise import ImuNoise
 from gaitway.estimation.rest import Rest, RestDetector, align_at_rest, level_at_rest
 from gaitway.estimation.saving import Saveable
-from gaitway.estimation.stance import StanceDetector
+from gaitway.estimation.stance import StanceDetector, norms
 from gaitway.estimation.states import ACCEL_BIAS, ATT, GYRO_BIAS, POS, VEL
 from gaitway.estimation.windows import CentredHold, CentredMean, half_window
 
@@ -50,24 +61,31 @@ __all__ = [
     "POS",
     "STANDARD_GRAVITY_MPS2",
     "VEL",
+    "BlockBridge",
     "Break",
     "CentredHold",
     "CentredMean",
+    "ClipDetector",
     "ErrorStateFilter",
     "GapBridge",
+    "ImuBlock",
     "ImuNoise",
     "ImuSample",
     "Innovation",
+    "LostStrides",
     "Measurement",
     "Rest",
     "RestDetector",
     "Saveable",
     "StanceDetector",
+    "StrideInterpolation",
     "WalkLedger",
     "align_at_rest",
     "gravity",
     "half_window",
+    "isotropic",
     "level_at_rest",
+    "norms",
     "pivot_velocity",
     "rotation",
     "zero_rate",

@@ -6,10 +6,13 @@ Every device keeps the same books, so that ``distance_m`` means the same for a c
 import math
 from typing import Final
 
-from gaitway.events import Bout, Distance, Event, Stride
+from gaitway.events import Anomaly, Bout, Distance, Event, Stride
 from gaitway.timebase import NS_PER_S
 
 SECONDS_PER_MINUTE: Final = 60.0
+UNTRUSTED_M: Final = 2.0
+UNTRUSTED_SHARE: Final = 0.2
+"""A distance with a larger standard deviation, in metres and as a share, is of no use."""
 
 
 class WalkLedger:
@@ -46,6 +49,7 @@ class WalkLedger:
         self._strides = 0
         self._walking_ns = 0
         self._unmeasured_s = 0.0
+        self._untrusted = False
         self._bout_start_ns: int | None = None
         self._bout_end_ns = 0
         self._bout_strides = 0
@@ -76,6 +80,7 @@ class WalkLedger:
         *,
         stance_duration_s: float | None = None,
         swing_duration_s: float | None = None,
+        interpolated: bool = False,
     ) -> list[Event]:
         """Count a stride; return what it makes known, in the order of time.
 
@@ -86,6 +91,7 @@ class WalkLedger:
             stride_length_sigma_m: Standard deviation of its length, without what all strides share.
             stance_duration_s: Time on the ground within the cycle.
             swing_duration_s: Time in the air within the cycle.
+            interpolated: It was not measured.
         """
         self.begin(start_t_ns)
         events = self.advance(start_t_ns)
@@ -121,15 +127,26 @@ class WalkLedger:
                 stance_duration_sigma_s=None if stance_duration_s is None else duration_sigma_s,
                 swing_duration_s=swing_duration_s,
                 swing_duration_sigma_s=None if swing_duration_s is None else duration_sigma_s,
+                lift_t_ns=None
+                if stance_duration_s is None
+                else start_t_ns + round(stance_duration_s * NS_PER_S),
+                interpolated=interpolated,
             )
         )
-        events.append(self.distance(t_ns))
-        return events
+        distance = self.distance(t_ns)
+        return [*events, distance, *self._doubts(distance)]
 
-    def add_unmeasured(self, duration_s: float) -> None:
-        """Count time that may have been walking but gave no measure; sigma grows, distance not."""
+    def add_unmeasured(self, duration_s: float, *, speed_sigma_mps: float | None = None) -> None:
+        """Count time that may have been walking but gave no measure; sigma grows, distance not.
+
+        Args:
+            duration_s: How long.
+            speed_sigma_mps: How fast that may have been; ``unseen_speed_mps`` where None, 0 where
+                strides with a sigma of their own are counted for it.
+        """
+        speed_mps = self._unseen_speed_mps if speed_sigma_mps is None else speed_sigma_mps
         self._unmeasured_s += duration_s
-        self._unseen_variance_m2 += (duration_s * self._unseen_speed_mps) ** 2
+        self._unseen_variance_m2 += (duration_s * speed_mps) ** 2
 
     def advance(self, t_ns: int) -> list[Event]:
         """Let time pass up to t_ns; return the end of the bout when the pause grew too long."""
@@ -180,6 +197,19 @@ class WalkLedger:
             walking_s=self._walking_ns / NS_PER_S,
             unmeasured_s=self._unmeasured_s,
         )
+
+    def _doubts(self, distance: Distance) -> list[Event]:
+        """Say once when the distance is no longer known well enough to be of use."""
+        limit_m = max(UNTRUSTED_M, UNTRUSTED_SHARE * distance.distance_m)
+        before, self._untrusted = self._untrusted, distance.distance_sigma_m > limit_m
+        if before or not self._untrusted:
+            return []
+        detail = (
+            f"{distance.unmeasured_s:.0f} s of possible walking gave no measure: the distance is "
+            f"{distance.distance_m:.1f} +- {distance.distance_sigma_m:.1f} m; strides and bouts "
+            "are as good as ever"
+        )
+        return [Anomaly(t_ns=distance.t_ns, anomaly="distance-untrusted", detail=detail)]
 
     def _open_bout(self, start_t_ns: int) -> None:
         self._bout_start_ns = start_t_ns

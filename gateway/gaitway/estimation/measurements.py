@@ -7,6 +7,7 @@ the root of the sample period, so that a faster sensor does not make the filter 
 
 from collections.abc import Iterable
 from functools import lru_cache
+from typing import Final
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from gaitway.estimation.error_state import ErrorStateFilter, Measurement
 from gaitway.estimation.rotation import cross, skew, to_matrix
 from gaitway.estimation.states import ACCEL_BIAS, ATT, GYRO_BIAS, VEL
 from gaitway.samples import Floats
+
+_IDENTITY: Final = np.eye(3)
 
 
 def zero_velocity(kf: ErrorStateFilter, sigma_mps: float) -> Measurement:
@@ -23,7 +26,7 @@ def zero_velocity(kf: ErrorStateFilter, sigma_mps: float) -> Measurement:
         kf: The filter.
         sigma_mps: How fast it may be moving nevertheless, per axis.
     """
-    return Measurement(-kf.vel_n, _selector(kf.states, VEL.start), _isotropic(sigma_mps))
+    return Measurement(-kf.vel_n, _selector(kf.states, VEL.start), isotropic(sigma_mps))
 
 
 def pivot_velocity(
@@ -44,15 +47,14 @@ def pivot_velocity(
         sigma_mps: How fast it may be moving nevertheless, per axis.
     """
     C_nd = to_matrix(kf.q_nd)
-    rate_d = np.subtract(tuple(gyro_d), kf.gyro_bias_d).tolist()
+    rate_d = [w - bias for w, bias in zip(gyro_d, kf.gyro_bias_d.tolist(), strict=True)]
     lever_d = tuple(imu_to_pivot_d)
     turning_n = C_nd.dot(cross(rate_d, lever_d))
-    H = np.zeros((3, kf.states))
-    H[:, VEL] = np.eye(3)
+    H = _selector(kf.states, VEL.start).copy()
     H[:, ATT] = -skew(turning_n.tolist())
     if kf.states == 15:
         H[:, GYRO_BIAS] = C_nd.dot(skew(lever_d))
-    return Measurement(-(kf.vel_n + turning_n), H, _isotropic(sigma_mps))
+    return Measurement(-(kf.vel_n + turning_n), H, isotropic(sigma_mps))
 
 
 def zero_rate(kf: ErrorStateFilter, gyro_d: Iterable[float], sigma_radps: float) -> Measurement:
@@ -64,7 +66,7 @@ def zero_rate(kf: ErrorStateFilter, gyro_d: Iterable[float], sigma_radps: float)
         sigma_radps: How fast it may be turning nevertheless, per axis, and the sensor's noise.
     """
     z = np.subtract(tuple(gyro_d), kf.gyro_bias_d)
-    return Measurement(z, _selector(kf.states, GYRO_BIAS.start), _isotropic(sigma_radps))
+    return Measurement(z, _selector(kf.states, GYRO_BIAS.start), isotropic(sigma_radps))
 
 
 def gravity(kf: ErrorStateFilter, accel_d: Iterable[float], sigma_mps2: float) -> Measurement:
@@ -86,7 +88,7 @@ def gravity(kf: ErrorStateFilter, accel_d: Iterable[float], sigma_mps2: float) -
     if kf.states == 15:
         H[:, ACCEL_BIAS] = np.eye(3)
     z = np.subtract(tuple(accel_d), kf.accel_bias_d) - C_dn.dot(g_n)
-    return Measurement(z, H, _isotropic(sigma_mps2))
+    return Measurement(z, H, isotropic(sigma_mps2))
 
 
 @lru_cache(maxsize=16)
@@ -97,8 +99,6 @@ def _selector(states: int, first: int) -> Floats:
     return H
 
 
-@lru_cache(maxsize=64)
-def _isotropic(sigma: float) -> Floats:
-    R = np.eye(3) * sigma**2
-    R.setflags(write=False)
-    return R
+def isotropic(sigma: float) -> Floats:
+    """Return the covariance of three independent axes of one standard deviation, shape (3, 3)."""
+    return _IDENTITY * sigma**2

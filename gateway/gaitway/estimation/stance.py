@@ -4,8 +4,12 @@ import math
 from collections.abc import Iterable
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gaitway.estimation.error_state import STANDARD_GRAVITY_MPS2
 from gaitway.estimation.windows import CentredHold, half_window
+from gaitway.samples import Floats
 
 
 class StanceDetector:
@@ -50,3 +54,20 @@ class StanceDetector:
         return self._hold.push(
             abs(force - self._gravity) <= self._accel_max and rate <= self._gyro_max
         )
+
+    def extend(self, accel: Floats, gyro: Floats) -> NDArray[np.bool_]:
+        """Take many samples at once; return for each what ``push`` would, shape (n,).
+
+        Args:
+            accel: Specific force, m/s^2, shape (n, 3).
+            gyro: Angular rate, rad/s, shape (n, 3).
+        """
+        off_mps2 = np.abs(norms(accel) - self._gravity)
+        return self._hold.extend((off_mps2 <= self._accel_max) & (norms(gyro) <= self._gyro_max))
+
+
+def norms(vectors: Floats) -> Floats:
+    """Return the length of each of vectors of shape (n, 3)."""
+    x, y, z = vectors.T
+    lengths: Floats = np.sqrt(x * x + y * y + z * z)
+    return lengths

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from gaitway.errors import InputDataError
+from gaitway.offline.plain_csv import read_plain
 from gaitway.offline.plausibility import accel_complaint, angle_complaint, gyro_complaint
 from gaitway.offline.recording import OfflineRecording
 from gaitway.offline.time_grid import Grid, GridError, find_grid
@@ -55,11 +56,14 @@ def read_csv(path: Path, required: Required) -> OfflineRecording:
     Raises:
         InputDataError: The file can't be used; the text names line, column and remedy.
     """
-    lines = _read_lines(path)
-    header = [cell.strip().strip('"').strip() for cell in lines[0].split(",")]
+    content = _read_bytes(path)
+    plain = read_plain(content)
+    first, *lines = [plain[0]] if plain else _lines(path, content)
+    header = [cell.strip().strip('"').strip() for cell in first.split(",")]
     channels, notes = _choose(path, header, required)
     names = [TIME, *(column for channel in channels for column in channel.columns)]
-    table = _parse(path, lines[1:], header, names)
+    columns = [header.index(name) for name in names]
+    table = plain[1][:, columns] if plain else _parse(path, lines, header, columns)
     grid = _grid(path, table[:, 0])
     values = _split(table[:, 1:], channels)
     _check_units(path, values, grid)
@@ -70,11 +74,14 @@ def read_csv(path: Path, required: Required) -> OfflineRecording:
     return OfflineRecording(path, grid.period_s, items, frozenset(values), notes)
 
 
-def _read_lines(path: Path) -> list[str]:
+def _read_bytes(path: Path) -> bytes:
     try:
-        content = path.read_bytes()
+        return path.read_bytes()
     except OSError as exc:
         raise InputDataError(f"{path}: {exc.strerror}") from exc
+
+
+def _lines(path: Path, content: bytes) -> list[str]:
     if not content.strip():
         raise InputDataError(f"{path}: the file is empty")
     try:
@@ -156,11 +163,10 @@ def _similar(column: str, header: Sequence[str]) -> str | None:
     return close[0] if close else None
 
 
-def _parse(path: Path, lines: list[str], header: list[str], names: list[str]) -> Floats:
-    """Return the wanted columns, shape (rows, names)."""
+def _parse(path: Path, lines: list[str], header: list[str], columns: list[int]) -> Floats:
+    """Return the wanted columns, shape (rows, columns)."""
     if len(lines) < 2:
         raise InputDataError(f"{path}: {len(lines)} rows of samples: a walk needs at least 2")
-    columns = [header.index(name) for name in names]
     try:
         table = _load(lines, len(header), columns)
     except ValueError as exc:

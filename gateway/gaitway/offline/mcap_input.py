@@ -7,7 +7,7 @@ from typing import Any
 from gaitway.errors import InputDataError
 from gaitway.offline.recording import OfflineRecording
 from gaitway.recording.items import Dropped, Header, Unreadable
-from gaitway.recording.reader import read
+from gaitway.recording.reader import read_joined
 from gaitway.samples import EstimatorInput, Gap, SampleBatch
 from gaitway.timebase import NS_PER_S
 
@@ -48,7 +48,7 @@ def _collect(path: Path) -> tuple[dict[str, list[EstimatorInput]], list[str], He
     notes: list[str] = []
     header = Header({})
     try:
-        for item in read(path, leaves={"samples", "gap", "dropped"}):
+        for item in read_joined(path, leaves={"gap", "dropped"}):
             match item.body:
                 case SampleBatch() | Gap():
                     items.setdefault(item.device, []).append(item.body)

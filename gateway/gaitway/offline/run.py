@@ -10,7 +10,7 @@ from gaitway.mounting import mount
 from gaitway.offline.recording import OfflineRecording
 from gaitway.samples import Floats, Gap
 
-BATCH_SAMPLES: Final = 100
+BATCH_SAMPLES: Final = 4096
 
 
 def run_estimator(

@@ -26,7 +26,9 @@ def encode(body: Body) -> bytes:
             text = _base64(chunk.data)
             return orjson.dumps({"t_ns": chunk.t_ns, "direction": direction, "data_base64": text})
         case Resumed():
-            fields = {name: getattr(body, name) for name in ("t_ns", "saved_t_ns", "aligner")}
+            fields = {
+                name: getattr(body, name) for name in ("t_ns", "saved_t_ns", "aligner", "ended")
+            }
             return orjson.dumps(fields | {"estimator_base64": _base64(body.estimator)})
         case Event():
             return body.model_dump_json(exclude_none=True).encode()

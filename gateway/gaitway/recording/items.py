@@ -44,19 +44,21 @@ class LinkChange:
 
 @dataclass(frozen=True, slots=True)
 class Resumed:
-    """A device goes on from where an earlier run of the gateway left it.
+    """A device goes on from where an earlier run of the gateway left it, or ends what that began.
 
     Attributes:
         t_ns: When the state was taken over, host monotonic.
         saved_t_ns: When it was saved, same clock.
         aligner: What ``Aligner.save`` returned.
         estimator: What the estimator's ``save`` returned.
+        ended: Why it can't go on and only says what was still held back; empty where it goes on.
     """
 
     t_ns: int
     saved_t_ns: int
     aligner: Mapping[str, Any]
     estimator: bytes
+    ended: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,9 @@
 """Reading recordings: whole, still being written, or cut off by a power cut."""
 
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata
@@ -10,6 +11,7 @@ from mcap.records import Channel, Metadata
 from gaitway.recording.encoding import decode
 from gaitway.recording.items import Header, RecordedItem, Unreadable
 from gaitway.recording.recording_file import HEADER_NAME
+from gaitway.recording.sample_encoding import decode_joined
 from gaitway.recording.scan import (
     Parsed,
     RawMessage,
@@ -21,6 +23,9 @@ from gaitway.recording.scan import (
 )
 from gaitway.recording.schemas import split_topic
 from gaitway.timebase import NS_PER_S, WallAnchor
+
+JOINED_AT_ONCE: Final = 512
+"""Messages that become one batch: a longer one saves nothing and takes memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +78,53 @@ def read(path: Path, leaves: Container[str] | None = None) -> Iterator[RecordedI
                 yield RecordedItem("", Header(record.metadata))
             case Unreadable():
                 yield RecordedItem("", record)
+
+
+def read_joined(path: Path, leaves: Container[str]) -> Iterator[RecordedItem]:
+    """Yield as ``read``, samples of one device in a row without a hole as one batch.
+
+    The order of what concerns one device is kept, between devices it is not.
+
+    Args:
+        path: The file.
+        leaves: Last parts of the topics wanted besides the samples.
+
+    Raises:
+        OSError: The file can't be opened or read.
+    """
+    names: dict[int, tuple[str, str] | None] = {}
+    waiting: dict[str, list[RawMessage]] = {}
+    for record in _records(path):
+        match record:
+            case RawMessage():
+                device, leaf = names.get(record.channel) or ("", "")
+                if leaf == "samples":
+                    messages = waiting.setdefault(device, [])
+                    messages.append(record)
+                    if len(messages) == JOINED_AT_ONCE:
+                        yield from _decode_joined(device, waiting.pop(device))
+                elif leaf in leaves:
+                    yield from _decode_joined(device, waiting.pop(device, []))
+                    yield _decode(device, leaf, record)
+            case Channel():
+                names[record.id] = split_topic(record.topic)
+            case Metadata() if record.name == HEADER_NAME:
+                yield RecordedItem("", Header(record.metadata))
+            case Unreadable():
+                yield RecordedItem("", record)
+    for device, messages in waiting.items():
+        yield from _decode_joined(device, messages)
+
+
+def _decode_joined(device: str, messages: Sequence[RawMessage]) -> Iterator[RecordedItem]:
+    try:
+        batches = decode_joined([message.payload for message in messages])
+    except (ValueError, LookupError, TypeError):
+        for message in messages:  # one of them is damaged: that one alone gives nothing
+            yield _decode(device, "samples", message)
+        return
+    for batch in batches:
+        yield RecordedItem(device, batch)
 
 
 def read_info(path: Path) -> RecordingInfo:

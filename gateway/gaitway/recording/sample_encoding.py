@@ -6,7 +6,8 @@ named under ``float32``; a reader rounds it to float32 after parsing. What is no
 0 in its column and is listed under ``not_finite``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
@@ -57,7 +58,52 @@ def decode_samples(data: bytes) -> SampleBatch:
         LookupError: A field or column is missing.
         TypeError: A field is of another type.
     """
-    fields = orjson.loads(data)
+    return _batch(orjson.loads(data))
+
+
+def decode_joined(payloads: Sequence[bytes]) -> list[SampleBatch]:
+    """Return what ``decode_samples`` gives for each, those in a row without a hole as one batch.
+
+    Raises:
+        ValueError, LookupError, TypeError: As ``decode_samples``, for any of them.
+    """
+    batches: list[SampleBatch] = []
+    run: list[dict[str, Any]] = []
+    for fields in map(orjson.loads, payloads):
+        if run and not _continues(run[-1], fields):
+            batches.append(_batch(_joined(run)))
+            run = []
+        run.append(fields)
+    return [*batches, _batch(_joined(run))] if run else batches
+
+
+def _continues(before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
+    """Tell whether two messages can be one: the same columns, the next sample, nothing odd."""
+    return (
+        before.keys() == after.keys()
+        and "not_finite" not in after
+        and after["sequence"] == before["sequence"] + len(before["t_ns"])
+        and after["period_s"] == before["period_s"]
+        and after["float32"] == before["float32"]
+    )
+
+
+def _joined(run: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    first = run[0]
+    if len(run) == 1:
+        return first
+    lengths = [len(part["t_ns"]) for part in run]
+    whole: dict[str, Any] = {}
+    for name in first:
+        if name == "t_ns" or name not in NOT_COLUMNS:
+            parts = [part[name] for part in run]
+            if list(map(len, parts)) != lengths:
+                raise ValueError(f"column {name} and t_ns differ in length")
+            whole[name] = list(chain.from_iterable(parts))
+    return first | whole
+
+
+def _batch(fields: Mapping[str, Any]) -> SampleBatch:
     columns: dict[str, dict[int, list[float]]] = {}
     for column, values in fields.items():
         if column not in NOT_COLUMNS:

@@ -115,7 +115,11 @@ def split_chunk(content: bytes) -> Iterator[Parsed]:
     while offset + HEAD.size <= len(content):
         opcode, length = HEAD.unpack_from(content, offset)
         start, end = offset + HEAD.size, offset + HEAD.size + length
-        yield parse(RawRecord(opcode, offset, content[start:end]))
+        if opcode == MESSAGE_OPCODE and length >= MESSAGE.size and end <= len(content):
+            channel, _, log_time_ns, _ = MESSAGE.unpack_from(content, start)
+            yield RawMessage(offset, channel, log_time_ns, content[start:end])
+        else:
+            yield parse(RawRecord(opcode, offset, content[start:end]))
         offset = end
 
 

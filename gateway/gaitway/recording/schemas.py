@@ -135,12 +135,13 @@ DEVICE_SCHEMAS: Final[dict[str, Schema]] = {
     ),
     "resumed": _table(
         "Resumed",
-        "The device goes on from where an earlier run of the gateway left it.",
+        "The device goes on from where an earlier run left it, or ends what that began.",
         {
             "t_ns": T_NS,
             "saved_t_ns": T_NS,
             "aligner": {"type": "object", "properties": {}},
             "estimator_base64": {"type": "string", "contentEncoding": "base64"},
+            "ended": TEXT,
         },
         optional=(),
     ),

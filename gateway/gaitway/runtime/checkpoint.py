@@ -22,6 +22,8 @@ logger = logging.getLogger(__name__)
 
 EVERY_S: Final = 1.0
 """How often a state is written while samples flow and nothing happens."""
+CHANGEABLE: Final = frozenset({"params", "mounting"})
+"""What an operator changes: the state can't go on then, but it can be ended."""
 BOOT_ID: Final = Path("/proc/sys/kernel/random/boot_id")
 BOOT_ID_VARIABLE: Final = "GAITWAY_BOOT_ID"
 """Set by the systemd unit, which hides that file."""
@@ -44,32 +46,40 @@ class Checkpoint:
         self._identity: Mapping[str, Any] = json.loads(json.dumps(identity))
 
     def load(self, now_ns: int) -> Resumed | None:
-        """Return the state to go on from; None, and a line in the log, where there is none."""
+        """Return the state to go on from, or to end where it can't; None where there is none."""
         try:
-            return self._read(self._file.read_bytes(), now_ns)
+            state = self._read(self._file.read_bytes(), now_ns)
         except FileNotFoundError:
             return None
         except (OSError, ValueError, LookupError, TypeError, AttributeError) as exc:
-            why = str(exc) if isinstance(exc, OSError | _NotTakenError) else f"damaged: {exc!r}"
+            why = str(exc) if isinstance(exc, OSError | _ForeignError) else f"damaged: {exc!r}"
             logger.info("%s: begins anew, its last state is not taken: %s", self._device, why)
             return None
+        if state.ended:
+            logger.info("%s: begins anew, its last state is ended: %s", self._device, state.ended)
+        else:
+            age_s = (now_ns - state.saved_t_ns) / NS_PER_S
+            logger.info("%s: goes on from %.1f s ago", self._device, age_s)
+        return state
 
     def _read(self, content: bytes, now_ns: int) -> Resumed:
         head, _, estimator = content.partition(b"\n")
         fields = json.loads(head)
         if fields["estimator_bytes"] != len(estimator):
             raise ValueError("cut off")
-        given = fields["identity"]
+        given, saved_t_ns = fields["identity"], int(fields["saved_t_ns"])
         different = [key for key, value in self._identity.items() if given.get(key) != value]
+        age_s = (now_ns - saved_t_ns) / NS_PER_S
+        if foreign := [key for key in different if key not in CHANGEABLE]:
+            raise _ForeignError(f"saved with another {', '.join(foreign)}")
+        if age_s < 0:
+            raise ValueError("saved in the future")
+        ended = ""
         if different:
-            raise _NotTakenError(f"saved with another {', '.join(different)}")
-        state = Resumed(now_ns, int(fields["saved_t_ns"]), dict(fields["aligner"]), estimator)
-        age_s = (now_ns - state.saved_t_ns) / NS_PER_S
-        if not 0 <= age_s <= self._within_s:
-            limit = f"resume.within_s = {self._within_s:g}"
-            raise _NotTakenError(f"it is {age_s:.0f} s old ({limit})")
-        logger.info("%s: goes on from %.1f s ago", self._device, age_s)
-        return state
+            ended = f"saved with another {', '.join(different)}"
+        elif age_s > self._within_s:
+            ended = f"it is {age_s:.0f} s old (resume.within_s = {self._within_s:g})"
+        return Resumed(now_ns, saved_t_ns, dict(fields["aligner"]), estimator, ended)
 
     def write(self, t_ns: int, aligner: Mapping[str, Any], estimator: bytes) -> None:
         """Replace the file.
@@ -104,8 +114,8 @@ class Checkpoint:
             logger.warning("%s: a state that no longer holds stays: %s", self._device, exc)
 
 
-class _NotTakenError(ValueError):
-    """The state is sound and not for here and now."""
+class _ForeignError(ValueError):
+    """The state is sound and of another device type, version or boot."""
 
 
 def checkpoint_for(device: ResolvedDevice, loaded: LoadedConfig) -> Checkpoint | None:

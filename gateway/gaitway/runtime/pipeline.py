@@ -72,19 +72,25 @@ class Pipeline:
         return self._estimator.look_ahead_s
 
     def resume(self, state: Resumed) -> None:
-        """Go on from where an earlier run was; begin anew, and say so, where that can't be."""
+        """Go on from where an earlier run was, or end what it began; say where neither can be."""
         self._out.resumed(self._id, state)
         estimator, aligner = self._new_estimator(), Aligner()
         try:
             estimator.restore(state.estimator)
             aligner.restore(state.aligner)
+            last = list(estimator.finish()) if state.ended else []
         except Exception as exc:  # noqa: BLE001
             # A stranger's estimator may raise anything; it must cost only its own device.
             logger.warning("%s: begins anew, its state can't be restored: %r", self._id, exc)
             detail = f"{type(exc).__name__}: {exc}; counting starts anew"
-            self._emit([Anomaly(t_ns=state.t_ns, anomaly="state-not-restored", detail=detail)])
-            return
-        self._estimator, self._aligner, self._kept = estimator, aligner, True
+            last = [Anomaly(t_ns=state.t_ns, anomaly="state-not-restored", detail=detail)]
+        else:
+            if not state.ended:
+                self._estimator, self._aligner, self._kept = estimator, aligner, True
+                return
+        if self._checkpoint is not None:
+            self._checkpoint.clear()  # before the events are told, so that they never come again
+        self._emit(last)
 
     def link_opened(self, t_ns: int) -> list[bytes]:
         """Begin on a freshly opened link; return what to send."""

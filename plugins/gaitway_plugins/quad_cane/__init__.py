@@ -36,6 +36,7 @@ def gaitway_devices() -> Sequence[DeviceType]:
             summary="Four-footed cane with an IMU on its shaft: distance by zero velocities",
             requires=(ACCEL, GYRO),
             params=QuadCaneParams,
+            measured=("imu_height_m",),
             make_estimator=_make_estimator,
             default_mounting={"x": "up", "y": "right", "z": "forward"},
             simulate=_simulate,

@@ -1,19 +1,26 @@
 """Whether a cane is walked with: Dang & Suh (2018), Section 3.3."""
 
-import math
 from typing import Final
 
-from gaitway.estimation import CentredMean, ImuSample, half_window
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitway.api import Floats
+from gaitway.estimation import CentredMean, half_window
 from gaitway_plugins.quad_cane.params import QuadCaneParams
 
 
-def tilt_from_gravity_rad(sample: ImuSample) -> float:
-    """Return the angle between shaft and specific force (Eq. 13), 0 to pi.
+def tilt_from_gravity_rad(accel_d: Floats) -> Floats:
+    """Return the angle between shaft and specific force (Eq. 13), 0 to pi, shape (n,).
 
     The printed arctangent takes a cane upside down for an upright one; this one does not.
+
+    Args:
+        accel_d: Specific force, m/s^2, shape (n, 3).
     """
-    fx, fy, fz = sample.accel_d
-    return math.atan2(math.sqrt(fx * fx + fy * fy), fz)
+    fx, fy, fz = accel_d.T
+    tilts: Floats = np.arctan2(np.sqrt(fx * fx + fy * fy), fz)
+    return tilts
 
 
 class WalkingTest:
@@ -37,22 +44,22 @@ class WalkingTest:
         self._sms_max = params.sms_max_radps
         self._tilt_max = params.tilt_max_rad
 
-    def push(self, sample: ImuSample, tilt_rad: float) -> bool | None:
-        """Take the next sample and the tilt of the cane at it.
+    def extend(self, gyro_d: Floats, tilt_rad: Floats) -> NDArray[np.bool_]:
+        """Take samples; return the verdicts that are known now, of the samples ``half`` before.
 
-        Returns:
-            The verdict on the sample ``half`` before, once there is one.
+        Args:
+            gyro_d: Angular rate, rad/s, shape (n, 3).
+            tilt_rad: Of the cane, shape (n,).
         """
-        wx, wy, wz = sample.gyro_d
+        wx, wy, wz = gyro_d.T
         constrained = wy * wy + wz * wz
-        sms = self._sms.push(math.sqrt(constrained + wx * wx) - math.sqrt(constrained))
-        tilt = self._tilt.push(tilt_rad)
-        return None if sms is None or tilt is None else self._walking(sms, tilt)
+        sms_radps = np.sqrt(constrained + wx * wx) - np.sqrt(constrained)
+        return self._walking(self._sms.extend(sms_radps), self._tilt.extend(tilt_rad))
 
-    def finish(self) -> list[bool]:
+    def finish(self) -> NDArray[np.bool_]:
         """Return the verdicts on the last samples."""
-        means = zip(self._sms.finish(), self._tilt.finish(), strict=True)
-        return [self._walking(sms, tilt) for sms, tilt in means]
+        return self._walking(np.array(self._sms.finish()), np.array(self._tilt.finish()))
 
-    def _walking(self, sms_radps: float, tilt_rad: float) -> bool:
-        return sms_radps <= self._sms_max and tilt_rad <= self._tilt_max
+    def _walking(self, sms_radps: Floats, tilt_rad: Floats) -> NDArray[np.bool_]:
+        walking: NDArray[np.bool_] = (sms_radps <= self._sms_max) & (tilt_rad <= self._tilt_max)
+        return walking

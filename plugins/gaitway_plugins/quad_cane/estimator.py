@@ -4,10 +4,14 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Final
 
-from gaitway.api import EstimatorInput, Event, SampleBatch, Trace
-from gaitway.estimation import Break, GapBridge, ImuSample, Saveable, StanceDetector
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitway.api import EstimatorInput, Event, Floats, Ints, SampleBatch, Trace
+from gaitway.estimation import BlockBridge, Break, ImuBlock, Saveable, StanceDetector
 from gaitway_plugins.quad_cane.accounts import Accounts
 from gaitway_plugins.quad_cane.activity import WalkingTest, tilt_from_gravity_rad
+from gaitway_plugins.quad_cane.checks import FallCheck
 from gaitway_plugins.quad_cane.navigator import Navigator
 from gaitway_plugins.quad_cane.params import QuadCaneParams
 from gaitway_plugins.quad_cane.placements import Phase, Placements
@@ -27,7 +31,7 @@ class QuadCaneEstimator(Saveable):
 
     def __init__(self, params: QuadCaneParams) -> None:
         self._params = params
-        self._bridge = GapBridge(params.max_bridge_s)
+        self._bridge = BlockBridge(params.max_bridge_s)
         self._accounts = Accounts(params)
         self._period_s: float | None = None
         self._stretch: Stretch | None = None
@@ -46,8 +50,8 @@ class QuadCaneEstimator(Saveable):
             events += self._go_on(Navigator(self._params, item.period_s))
         for entry in self._bridge.feed(item):
             assert self._stretch is not None
-            if isinstance(entry, ImuSample):
-                events += self._stretch.push(entry)
+            if isinstance(entry, ImuBlock):
+                events += self._stretch.extend(entry)
             else:
                 events += self._break(entry, self._stretch)
         return events
@@ -117,6 +121,7 @@ class Stretch:
             accel_max_mps2=params.stance_accel_max_mps2,
             gyro_max_radps=params.stance_gyro_max_radps,
         )
+        self._falls = FallCheck(period_s)
         self._test = WalkingTest(params, period_s)
         tuning = Tuning.of(params, period_s)
         self._tilt_from_gravity = tuning.tilt_from_gravity
@@ -125,25 +130,30 @@ class Stretch:
             half=self._stance.half,
             every=tuning.zero_velocity_every,
             settle=min(round(params.settle_s / period_s), self._test.half - self._stance.half),
+            least=round(params.min_stance_s / period_s),
             max_swing=round(params.max_swing_s / period_s),
             stood=stood,
         )
-        self._to_navigate: deque[ImuSample] = deque()
-        self._to_decide: deque[tuple[int, Row]] = deque()
-        self._decided = -1
+        self._to_navigate: ImuBlock | None = None
+        self._to_decide: Ints = np.empty(0, np.int64)
+        self._rows: deque[Row] = deque()
+        self._decided = 0
 
     @property
     def standing(self) -> bool:
         """Whether the cane stands, as far as it is known."""
         return self._placements.phase is Phase.STANDING
 
-    def push(self, sample: ImuSample) -> list[Event]:
-        """Take the next sample; return what is now known of an earlier one."""
-        quiet = self._stance.push(sample.accel_d, sample.gyro_d)
-        self._to_navigate.append(sample)
-        if len(self._to_navigate) <= self._stance.half:
-            return []
-        return self._navigate(self._to_navigate.popleft(), quiet)
+    def extend(self, block: ImuBlock) -> list[Event]:
+        """Take samples; return what is now known of earlier ones."""
+        fallen = self._falls.extend(block)
+        quiet = self._stance.extend(block.accel_d, block.gyro_d)
+        waiting = ImuBlock.joined(self._to_navigate, block) if self._to_navigate else block
+        ready = max(0, len(waiting) - self._stance.half)
+        self._to_navigate = waiting[ready:]
+        if not ready:
+            return fallen
+        return [*self._navigate(waiting[:ready], quiet[-ready:]), *fallen]
 
     def finish(self) -> list[Event]:
         """Return what is known of the samples still held back.
@@ -151,29 +161,52 @@ class Stretch:
         Those whose contact window the end cuts are not navigated: they can't become a contact.
         """
         self._placements.close()
-        events = [event for walking in self._test.finish() for event in self._decide(walking)]
-        if self.trace is not None:
-            for sample in self._to_navigate:
-                self.trace.append(sample.t_ns, *_UNKNOWN, 0.0)
+        events = self._decide(self._test.finish())
+        if self.trace is not None and self._to_navigate is not None:
+            for t_ns in self._to_navigate.t_ns.tolist():
+                self.trace.append(t_ns, *_UNKNOWN, 0.0)
         return events
 
-    def _navigate(self, sample: ImuSample, quiet: bool) -> list[Event]:
-        self._placements.push(sample, quiet)
-        aligned = self.navigator.aligned and not self._tilt_from_gravity
-        tilt_rad = self.navigator.tilt_rad() if aligned else tilt_from_gravity_rad(sample)
-        self._to_decide.append((sample.t_ns, self._row() if self.trace is not None else _UNKNOWN))
-        walking = self._test.push(sample, tilt_rad)
-        return [] if walking is None else self._decide(walking)
+    def _navigate(self, block: ImuBlock, quiet: NDArray[np.bool_]) -> list[Event]:
+        if self.trace is None:
+            tilt_rad = self._placements.extend(block, quiet)
+        else:
+            tilt_rad = self._traced(block, quiet)
+        if self._tilt_from_gravity:
+            tilt_rad = tilt_from_gravity_rad(block.accel_d)
+        self._to_decide = np.concatenate([self._to_decide, block.t_ns])
+        return self._decide(self._test.extend(block.gyro_d, tilt_rad))
 
-    def _decide(self, walking: bool) -> list[Event]:
-        self._decided += 1
-        t_ns, row = self._to_decide.popleft()
+    def _traced(self, block: ImuBlock, quiet: NDArray[np.bool_]) -> Floats:
+        """Navigate sample by sample, so that a row is known for each."""
+        tilts_rad = np.empty(len(block))
+        for row in range(len(block)):
+            part = slice(row, row + 1)
+            tilts_rad[part] = self._placements.extend(block[part], quiet[part])
+            self._rows.append(self._row())
+        return tilts_rad
+
+    def _decide(self, walking: NDArray[np.bool_]) -> list[Event]:
+        """Say what is known of the next samples, as many as there are verdicts."""
+        t_ns, self._to_decide = np.split(self._to_decide, [len(walking)])
         if self.trace is not None:
-            self.trace.append(t_ns, *row, float(walking))
-        events = self._accounts.sample(t_ns, walking)
+            for t, verdict in zip(t_ns.tolist(), walking.tolist(), strict=True):
+                self.trace.append(t, *self._rows.popleft(), float(verdict))
+        events: list[Event] = []
+        row = 0
         records = self._placements.records
-        while records and records[0].index <= self._decided:
-            events += self._accounts.record(records.popleft())
+        while records:
+            told = records[0]
+            # At its own sample, or at the first that is decided when it is known.
+            index = max(told.record.index, told.known - self._test.half)
+            after = index + 1 - self._decided
+            if after > len(walking):
+                break
+            events += self._accounts.pass_by(t_ns[row:after], walking[row:after])
+            events += self._accounts.record(records.popleft().record)
+            row = max(row, after)
+        events += self._accounts.pass_by(t_ns[row:], walking[row:])
+        self._decided += len(walking)
         return events
 
     def _row(self) -> Row:

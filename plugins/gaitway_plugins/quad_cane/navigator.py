@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -13,10 +14,12 @@ from gaitway.estimation import (
     POS,
     VEL,
     ErrorStateFilter,
+    ImuBlock,
     ImuSample,
     Measurement,
     RestDetector,
     align_at_rest,
+    isotropic,
     level_at_rest,
     pivot_velocity,
     rotation,
@@ -164,11 +167,23 @@ class Navigator:
         self.mark()
         return True
 
-    def move(self, sample: ImuSample) -> None:
-        """Go on by a sample."""
-        noise = self._noise_unsure if sample.clipped or sample.bridged else self._noise
-        self._kf.predict(sample.accel_d, sample.gyro_d, self._period_s, noise)
-        self._fastest_mps = max(self._fastest_mps, math.hypot(*self._kf.vel_n.tolist()))
+    def move(self, block: ImuBlock, out: Floats) -> None:
+        """Go on by samples.
+
+        Args:
+            block: The samples.
+            out: Where position, velocity and attitude after each go, shape (n, 10).
+        """
+        unsure = block.clipped | block.bridged
+        edges = [0, len(block)]
+        if unsure.any():
+            edges[1:1] = (np.flatnonzero(unsure[1:] != unsure[:-1]) + 1).tolist()
+        for start, stop in pairwise(edges):
+            noise = self._noise_unsure if unsure[start] else self._noise
+            accel_d, gyro_d = block.accel_d[start:stop], block.gyro_d[start:stop]
+            self._kf.run(accel_d, gyro_d, self._period_s, noise, out=out[start:stop])
+        fastest_mps = math.sqrt((out[:, VEL] ** 2).sum(axis=1).max())
+        self._fastest_mps = max(self._fastest_mps, fastest_mps)
 
     def stand(self, sample: ImuSample, *, landing: bool) -> bool:
         """Take in that the cane stands, unless what was navigated says that it does not.
@@ -188,9 +203,9 @@ class Navigator:
         loose = self._at_rest(sample, math.hypot(sigma_mps, share_mps))
         if kf.innovation(loose).nis > self._tuning.zero_velocity_nis_max:
             return False
-        turning_radps = float(np.linalg.norm(np.subtract(sample.gyro_d, kf.gyro_bias_d)))
+        turning_radps = math.dist(sample.gyro_d, kf.gyro_bias_d.tolist())
         of_height_mps = self._tuning.imu_height_sigma_m * turning_radps
-        zero = self._at_rest(sample, math.hypot(sigma_mps, of_height_mps))
+        zero = loose._replace(R=isotropic(math.hypot(sigma_mps, of_height_mps)))
         if landing:
             self._land(zero)
         else:
@@ -201,17 +216,17 @@ class Navigator:
             kf.correct(zero_rate(kf, sample.gyro_d, sigma_radps))
         return True
 
-    def unland(self, samples: Iterable[ImuSample]) -> None:
+    def unland(self, blocks: Iterable[ImuBlock]) -> None:
         """Take back the last landing: the cane was still moving.
 
         Args:
-            samples: Those since, without the landing's.
+            blocks: The samples since, without the landing's.
         """
         before = self._before_landing
         self._kf.nominal[:], self._kf.covariance[:] = before.nominal, before.covariance
         self._fastest_mps, self._variance_factor = before.fastest_mps, before.variance_factor
-        for sample in samples:
-            self.move(sample)
+        for block in blocks:
+            self.move(block, np.empty((len(block), 10)))
 
     def mark(self) -> None:
         """Count the way from here: position is zero and known by definition."""

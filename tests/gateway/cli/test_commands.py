@@ -3,10 +3,14 @@
 import csv
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
 from gaitway.cli import COMMANDS, main, notices
+from gaitway.contracts import Calibration
+from gaitway.params import Params
+from gaitway.registry import Registry, load_registry
 
 
 @pytest.fixture(scope="module")
@@ -223,11 +227,80 @@ def test_a_device_that_is_not_installed_is_told_with_what_is(walk, capsys):
     assert "did you mean 'quad-cane'" in capsys.readouterr().err
 
 
+def test_conditions_reach_the_simulation_as_words_and_numbers(tmp_path, monkeypatch):
+    asked = []
+    device = load_registry().devices["quad-cane"]
+
+    def simulate(plan):
+        asked.append(dict(plan.conditions))
+        return device.simulate(replace(plan, conditions={}))
+
+    registry = Registry(devices={"quad-cane": replace(device, simulate=simulate)})
+    monkeypatch.setattr("gaitway.cli.simulate.load_registry", lambda: registry)
+    words = ["simulate", "quad-cane", "--csv", str(tmp_path / "x.csv"), "--distance", "1"]
+    options = ["--condition", "shocks=hard", "--condition", "grade=0.5"]
+    assert main([*words, *options]) == 0
+    assert asked == [{"shocks": "hard", "grade": 0.5}]
+
+
+@pytest.mark.parametrize(
+    ("condition", "message"),
+    [("hard", "--condition hard: is not KEY=VALUE"), ("a=[1]", "neither a number nor a word")],
+)
+def test_a_wrong_condition_is_told(tmp_path, capsys, condition, message):
+    words = ["simulate", "quad-cane", "--csv", str(tmp_path / "x.csv"), "--condition", condition]
+    assert main(words) == 78
+    assert message in capsys.readouterr().err
+
+
 def test_check_tells_what_the_gateway_would_do(capsys):
     assert main(["check", "configs/devices/quad-cane.toml"]) == 0
     told = capsys.readouterr().out
     assert "quad-cane over serial /dev/gaitway/quad-cane (xbus)" in told
     assert told.endswith("ok\n")
+
+
+def test_check_tells_what_was_never_measured_and_how_to_measure_it(tmp_path, monkeypatch, capsys):
+    class WalkerParams(Params):
+        wheel_radius_m: float = 0.0635
+        track_m: float = 0.61
+        block_s: float = 0.1
+
+    fit = Calibration("wheels", "", (), Params, lambda *_: None)
+    walker = replace(
+        load_registry().devices["quad-cane"],
+        name="walker",
+        params=WalkerParams,
+        make_estimator=lambda *_: Idle(),
+        measured=("wheel_radius_m", "track_m"),
+        calibrations=(fit,),
+    )
+    registry = load_registry()
+    registry.devices["walker"] = walker
+    monkeypatch.setattr("gaitway.config.load.load_registry", lambda _: registry)
+    driver = 'driver = { transport = "serial", port = "/dev/nowhere", codec = "xbus" }'
+    config = tmp_path / "gateway.toml"
+    config.write_text(
+        f'[[devices]]\nid = "w"\ntype = "walker"\n{driver}\nparams = {{ track_m = 0.61 }}\n'
+    )
+    assert main(["check", str(config)]) == 0
+    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: w:")]
+    port, radius = notes
+    assert "port /dev/nowhere is not there now" in port
+    assert "wheel_radius_m = 0.0635 is a typical one: measure yours" in radius
+    assert radius.endswith(f"(gaitway calibrate {config} w wheels)")
+
+
+class Idle:
+    look_ahead_s = 0.0
+
+
+def test_check_tells_what_a_restart_does(tmp_path, capsys):
+    config = tmp_path / "gateway.toml"
+    for within_s, text in ((60, "goes on within 60 s"), (0, "every device begins anew")):
+        config.write_text(f"resume = {{ within_s = {within_s} }}\n")
+        assert main(["check", str(config)]) == 0
+        assert f"restart: {text}" in capsys.readouterr().out
 
 
 def test_plugins_explains_the_parameters_of_one(capsys):

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from gaitway.estimation import WalkLedger
-from gaitway.events import Bout, Distance, Stride
+from gaitway.events import Anomaly, Bout, Distance, Stride
 
 S = 1_000_000_000
 
@@ -84,3 +84,20 @@ def test_a_strides_speed_carries_the_errors_of_length_and_time():
     assert stride.swing_duration_sigma_s == stride.stride_duration_sigma_s
     assert stride.stance_duration_s is None
     assert stride.stance_duration_sigma_s is None
+
+
+def test_time_unmeasured_for_which_strides_count_widens_nothing_by_itself():
+    ledger = WalkLedger(max_pause_s=3.0, shared_sigma=0.0, stride_time_sigma_s=0.02)
+    ledger.begin(0)
+    ledger.add_unmeasured(2.0, speed_sigma_mps=0.0)
+    distance = ledger.distance(2_000_000_000)
+    assert (distance.unmeasured_s, distance.distance_sigma_m) == (2.0, 0.0)
+
+
+def test_a_distance_that_is_of_no_use_says_so_once():
+    books = ledger()
+    told = walk(books, 2)
+    books.add_unmeasured(20.0)
+    told += walk(books, 4, start_s=2)
+    doubts = [event for event in told if isinstance(event, Anomaly)]
+    assert [(doubt.anomaly, doubt.t_ns) for doubt in doubts] == [("distance-untrusted", 3 * S)]

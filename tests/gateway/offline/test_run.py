@@ -72,7 +72,7 @@ def distance(distance_m, strides):
 
 def test_samples_come_in_batches_mounted_and_gaps_between_them_in_order():
     estimator, walk, gap = Listener(), batch(250), Gap(2_500_000_000, 3, "lost")
-    run_estimator(estimator, recording(walk, gap, batch(5, sequence=253)), TURNED)
+    run_estimator(estimator, recording(walk, gap, batch(5, sequence=253)), TURNED, batch=100)
     assert [len(item) if isinstance(item, SampleBatch) else item for item in estimator.given] == [
         100, 100, 50, gap, 5,
     ]  # fmt: skip

@@ -49,6 +49,7 @@ BODIES = [
     Fault(7, "resync", 12, "12 bytes, \u00b5C reset"),
     LinkChange(7, "streaming", "samples flow"),
     Resumed(7, 5, {"sequence": 3, "clock": {"windows": [[1, 2]]}}, bytes(range(256))),
+    Resumed(7, 5, {}, b"x", "it is 700 s old"),
     DeviceStatus(7, {"device_id": "00AB", "battery_percent": 80, "volt": 3.7}),
     Dropped(7, 9, "full", {"/left/raw": 2}),
     WallAnchor(7, 1_767_225_600_000_000_000),

@@ -10,9 +10,10 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from gaitway.events import Anomaly
+from gaitway.recording.encoding import encode
 from gaitway.recording.items import Header, LinkChange, RecordedChunk, Unreadable
 from gaitway.recording.lane import LaneItem
-from gaitway.recording.reader import read, read_info
+from gaitway.recording.reader import read, read_info, read_joined
 from gaitway.samples import DeviceStatus, Fault, Gap, SampleBatch
 from gaitway.timebase import WallAnchor
 
@@ -182,13 +183,14 @@ def test_what_is_no_mcap_file_is_said_to_be_none(tmp_path, content):
     assert "no MCAP file" in damage.reason
 
 
-def foreign(path, topic, payload):
+def foreign(path, topic, *payloads):
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start()
         schema = writer.register_schema("x", "jsonschema", b"{}")
         channel = writer.register_channel(topic, "json", schema)
-        writer.add_message(channel, 1, payload, 1)
+        for payload in payloads:
+            writer.add_message(channel, 1, payload, 1)
         writer.finish()
 
 
@@ -227,3 +229,68 @@ def test_raw_bytes_come_back_as_they_went(make_sink, make_chunk, tmp_path):
     (path,) = tmp_path.iterdir()
     (found,) = (item.body for item in read(path) if isinstance(item.body, RecordedChunk))
     assert zlib.crc32(found.chunk.data) == zlib.crc32(data)
+
+
+def joined(path, leaves=()):
+    return [item.body for item in read_joined(path, leaves) if item.device == "left"]
+
+
+def write_batches(make_sink, tmp_path, batches):
+    sink = make_sink()
+    assert sink.ready()
+    for batch in batches:  # one by one, as merging would join them before they are written
+        sink.write([LaneItem("left", batch)])
+    sink.finish([])
+    (path,) = tmp_path.iterdir()
+    return path
+
+
+def test_joined_batches_hold_every_sample_and_end_at_every_hole(make_sink, make_batch, tmp_path):
+    batches = [make_batch(n=5, sequence=first, seed=first) for first in (0, 5, 10, 17, 22)]
+    path = write_batches(make_sink, tmp_path, batches)
+    found = joined(path)
+    assert [(body.sequence, len(body)) for body in found] == [(0, 15), (17, 10)]
+    assert np.concatenate([body.t_ns for body in found]).tolist() == [
+        t_ns for batch in batches for t_ns in batch.t_ns.tolist()
+    ]
+    for name, values in batches[0].channels.items():
+        whole = np.concatenate([batch.channels[name] for batch in batches])
+        assert np.array_equal(np.concatenate([body.channels[name] for body in found]), whole)
+        assert found[0].channels[name].shape[1] == values.shape[1]
+
+
+def test_samples_on_both_sides_of_another_item_are_not_joined(recorded):
+    path, bodies = recorded
+    wanted = [body for body in bodies if isinstance(body, SampleBatch | Gap)]
+    assert same(joined(path, {"gap"}), wanted)
+
+
+def test_a_value_that_is_no_number_or_other_channels_end_a_joined_batch(
+    make_sink, make_batch, tmp_path
+):
+    batches = [make_batch(n=2, sequence=first) for first in (0, 2, 4, 6)]
+    odd = {name: values.copy() for name, values in batches[1].channels.items()}
+    next(iter(odd.values()))[0, 0] = np.nan
+    batches[1] = SampleBatch(batches[1].t_ns, batches[1].period_s, 2, odd)
+    few = dict(list(batches[3].channels.items())[:1])
+    batches[3] = SampleBatch(batches[3].t_ns, batches[3].period_s, 6, few)
+    found = joined(write_batches(make_sink, tmp_path, batches))
+    assert sum(map(len, found)) == 8
+    assert sum(int(np.isnan(v).sum()) for body in found for v in body.channels.values()) == 1
+    assert set(found[-1].channels) == set(few)
+
+
+@pytest.mark.parametrize("change", ["shorter", "odd columns"])
+def test_a_damaged_message_costs_itself_alone_among_joined_ones(make_batch, tmp_path, change):
+    messages = [encode(make_batch(n=2, sequence=first)) for first in (0, 2, 4)]
+    fields = orjson.loads(messages[1])
+    if change == "shorter":
+        fields["accel_x_mps2"].pop()
+    else:
+        del fields["accel_y_mps2"]
+    messages[1] = orjson.dumps(fields)
+    path = tmp_path / "damaged.mcap"
+    foreign(path, "/left/samples", *messages)
+    found = joined(path)
+    assert [type(body) for body in found] == [SampleBatch, Unreadable, SampleBatch]
+    assert [body.sequence for body in found if isinstance(body, SampleBatch)] == [0, 4]

@@ -31,16 +31,31 @@ def test_the_first_start_says_nothing(tmp_path, caplog):
     ("changes", "now_s", "why"),
     [
         ({"boot": "b"}, 1, "saved with another boot"),
-        ({"params": {"length_m": 1.0}}, 1, "saved with another params"),
         ({"type": "shank", "plugin": "x"}, 1, "saved with another type, plugin"),
-        ({}, 601, "it is 601 s old (resume.within_s = 600)"),
-        ({}, -1, "it is -1 s old"),
+        ({"type": "shank", "params": {}}, 1, "saved with another type"),
+        ({}, -1, "saved in the future"),
     ],
 )
-def test_a_state_of_another_time_or_place_is_not_taken(tmp_path, caplog, changes, now_s, why):
+def test_a_state_of_another_device_or_boot_is_not_taken(tmp_path, caplog, changes, now_s, why):
     checkpoint(tmp_path).write(0, ALIGNER, b"x")
     with caplog.at_level("INFO"):
         assert checkpoint(tmp_path, **changes).load(now_s * NS_PER_S) is None
+    (record,) = caplog.records
+    assert why in record.message
+
+
+@pytest.mark.parametrize(
+    ("changes", "now_s", "why"),
+    [
+        ({"params": {"length_m": 1.0}}, 1, "saved with another params"),
+        ({}, 601, "it is 601 s old (resume.within_s = 600)"),
+        ({}, 600, ""),
+    ],
+)
+def test_an_old_state_or_one_of_other_settings_is_ended(tmp_path, caplog, changes, now_s, why):
+    checkpoint(tmp_path).write(0, ALIGNER, b"x")
+    with caplog.at_level("INFO"):
+        assert checkpoint(tmp_path, **changes).load(now_s * NS_PER_S).ended == why
     (record,) = caplog.records
     assert why in record.message
 

@@ -353,6 +353,20 @@ def test_an_aligner_that_can_t_be_restored_leaves_no_half_of_the_state(checkpoin
     assert details(out)[1:] == ["2 and 0 missing"]
 
 
+def test_what_an_earlier_run_held_back_is_told_once_where_it_can_t_go_on(checkpoint, tmp_path):
+    made, _ = pipeline(Sum, checkpoint=checkpoint)
+    made.feed(chunk(1, 2, 3))
+    made.stop(10**12 + 10**8)
+    later = 10**12 + 601 * 10**9
+    again, out = pipeline(Sum, checkpoint=checkpoint)
+    again.resume(checkpoint.load(later))
+    assert [event.anomaly for event in out.events()] == ["end"]
+    assert checkpoint.load(later) is None
+    again.feed(chunk(4, 5))
+    assert details(out)[1:] == ["2 and 0 missing"]
+    assert "gap" not in out.names()
+
+
 def test_a_replay_from_the_recorded_state_tells_the_same(checkpoint):
     made, _ = pipeline(Sum, checkpoint=checkpoint)
     made.feed(chunk(1, 2, 3))

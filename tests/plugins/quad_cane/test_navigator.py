@@ -1,11 +1,20 @@
 import numpy as np
 import pytest
 
-from gaitway.estimation import ImuSample
+from gaitway.estimation import ImuBlock, ImuSample
 from gaitway_plugins.quad_cane.navigator import Navigator
 from gaitway_plugins.quad_cane.params import QuadCaneParams
 
 STILL = ImuSample(0, (0.3, -0.2, 9.8), (0.01, 0.0, -0.01), clipped=False, bridged=False)
+
+
+def move(navigator, *samples):
+    times, accels, gyros, clipped, bridged = (
+        np.array(column) for column in zip(*samples, strict=True)
+    )
+    block = ImuBlock(times, accels, gyros, clipped, bridged)
+    navigator.move(block, np.empty((len(samples), 10)))
+    return block
 
 
 @pytest.fixture
@@ -48,12 +57,10 @@ def test_a_landing_that_is_taken_back_leaves_no_trace(navigator):
         reference.seek(STILL)
     later = [STILL._replace(accel_d=(0.4, -0.2, 9.7)), STILL]
     for each in (navigator, reference):
-        each.move(STILL)
+        move(each, STILL)
     assert navigator.stand(STILL, landing=True)
-    for sample in later:
-        navigator.move(sample)
-        reference.move(sample)
-    navigator.unland(later)
+    move(reference, *later)
+    navigator.unland([move(navigator, *later)])
     assert np.array_equal(navigator._kf.nominal, reference._kf.nominal)
     assert np.array_equal(navigator._kf.covariance, reference._kf.covariance)
     assert navigator.displacement() == reference.displacement()

@@ -1,0 +1,123 @@
+"""What makes a crutch's numbers untrustworthy, said while it happens."""
+
+from typing import Final
+
+import numpy as np
+
+from gaitway.api import Anomaly, Event, Floats
+from gaitway.estimation import norms
+from gaitway_plugins.crutch_tip.dragging import DragCheck
+from gaitway_plugins.crutch_tip.params import CrutchTipParams
+from gaitway_plugins.crutch_tip.stream import CLIPPED, FELT, FORCE, GYRO_D, Rows
+
+DRAG_S: Final = 2.0
+DRAG_RATE_RADPS: Final = 0.3
+DRAG_FORCE_SHARE: Final = 0.1
+"""Dragged: turned about for so long at such a rate with a little force, but never loaded."""
+FALL_MPS2: Final = 3.0
+FALL_S: Final = 0.2
+"""Free fall, 20 cm deep."""
+NEGATIVE_NEWTON: Final = -15.0
+"""No unloaded sensor reads less, unless its offset has drifted."""
+STUCK_RAD: Final = 0.5
+"""A loaded crutch that turned by so much with one and the same force has a dead sensor."""
+AGAIN_S: Final = 10.0
+"""An anomaly that goes on is told again after this."""
+DISAGREEING: Final = 4
+TURNED_RAD: Final = 0.08
+"""In so many stances in a row that turn by more, inclinometer and gyroscope go opposite ways."""
+
+
+class Checks:
+    """Watches samples and stances.
+
+    Args:
+        params: Of the crutch.
+        period_s: Of the samples.
+    """
+
+    def __init__(self, params: CrutchTipParams, period_s: float) -> None:
+        self._params = params
+        self._period_s = period_s
+        self._dragged_s = self._fell_s = self._beyond_s = 0.0
+        self._last_newton = float("nan")
+        self._stuck_rad = 0.0
+        self._drag = DragCheck(params.force_min_newton, period_s)
+        self._disagreeing = 0
+        self._quiet_until_ns: dict[str, int] = {}
+
+    def samples(self, rows: Rows) -> list[Event]:
+        """Take the next samples, a tenth of a second or so."""
+        values, t_ns = rows.values, int(rows.t_ns[-1])
+        duration_s = len(rows) * self._period_s
+        force = values[:, FORCE]
+        p = self._params
+        touching = (force > DRAG_FORCE_SHARE * p.force_min_newton) & (force < p.force_min_newton)
+        moving = float(norms(values[:, GYRO_D]).mean()) > DRAG_RATE_RADPS
+        self._dragged_s = self._dragged_s + duration_s if touching.all() and moving else 0.0
+        falling = bool((values[:, FELT] < FALL_MPS2).all())
+        self._fell_s = self._fell_s + duration_s if falling else 0.0
+        beyond = bool((np.abs(force) > p.force_full_scale_newton).any())
+        found: list[Event] = []
+        if self._dragged_s >= DRAG_S:
+            found += self._tell(t_ns, "dragging", "the tip touches the floor but is never loaded")
+        if self._drag.extend(values[:, GYRO_D][:, 1], force):
+            found += self._tell(
+                t_ns, "dragging", "the tip is swung forward without leaving the floor"
+            )
+        if self._drag.level_newton < NEGATIVE_NEWTON:
+            detail = f"{self._drag.level_newton:.0f} N in a swing: the force's offset has drifted"
+            found += self._tell(t_ns, "force-implausible", detail)
+        if self._stuck(rows):
+            found += self._tell(
+                t_ns, "force-implausible", "the force is stuck while the crutch turns"
+            )
+        if self._fell_s >= FALL_S:
+            found += self._tell(t_ns, "device-dropped", "free fall: the crutch was dropped")
+        if beyond:
+            found += self._tell(
+                t_ns, "sensor-saturated", "a force beyond the load cell's range is not believed"
+            )
+        if values[:, CLIPPED].any():
+            found += self._tell(t_ns, "sensor-clipped", "an axis was at the end of its range")
+        return found
+
+    def _stuck(self, rows: Rows) -> bool:
+        """Return whether a loaded force has not changed by a digit while the crutch turned."""
+        force = rows.values[:, FORCE]
+        same = bool((force == force[0]).all()) and float(force[0]) == self._last_newton
+        self._last_newton = float(force[-1])
+        turned = float(norms(rows.values[:, GYRO_D]).sum()) * self._period_s
+        loaded = self._last_newton >= self._params.force_min_newton
+        self._stuck_rad = self._stuck_rad + turned if same and loaded else 0.0
+        return self._stuck_rad > STUCK_RAD
+
+    def stance(self, t_ns: int, by_gyro_rad: float, by_inclinometer_rad: float) -> list[Event]:
+        """Take by how much a stance turned the crutch, as each sensor says."""
+        if min(abs(by_gyro_rad), abs(by_inclinometer_rad)) > TURNED_RAD:
+            opposite = by_gyro_rad * by_inclinometer_rad < 0.0
+            self._disagreeing = self._disagreeing + 1 if opposite else 0
+        if self._disagreeing < DISAGREEING:
+            return []
+        return self._tell(
+            t_ns,
+            "not-mounted-as-configured",
+            "inclinometer and gyroscope turn opposite ways (check mounting): pitch is not told",
+        )
+
+    @property
+    def misplaced(self) -> bool:
+        """Whether the axes can't be as configured."""
+        return self._disagreeing >= DISAGREEING
+
+    def _tell(self, t_ns: int, name: str, detail: str) -> list[Event]:
+        if t_ns < self._quiet_until_ns.get(name, t_ns):
+            return []
+        self._quiet_until_ns[name] = t_ns + round(AGAIN_S * 1e9)
+        return [Anomaly(t_ns=t_ns, anomaly=name, detail=detail)]
+
+
+def change(values: Floats) -> float:
+    """Return by how much a quantity changed from its first to its last third."""
+    third = max(1, len(values) // 3)
+    return float(np.mean(values[-third:]) - np.mean(values[:third]))
