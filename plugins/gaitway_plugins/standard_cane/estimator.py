@@ -173,8 +173,9 @@ class Stretch:
     def _navigate(self, row: TipRow, quiet: bool) -> list[Event]:
         self._placements.push(row, quiet)
         sample = row.sample
-        aligned = self.navigator.aligned and not self._tuning.tilt_from_gravity
-        tilt = self.navigator.tilt_rad() if aligned else tilt_from_gravity_rad(sample.accel_d)
+        # Eq. 13 takes a swing's acceleration for a lean, which the navigated attitude does not.
+        known = self.navigator.aligned
+        tilt = self.navigator.tilt_rad() if known else tilt_from_gravity_rad(sample.accel_d)
         self._to_decide.append((sample.t_ns, self._row(row)))
         walking = self._test.push(sample.gyro_d, tilt)
         return [] if walking is None else self._decide(walking)

@@ -31,8 +31,6 @@ class Tuning:
         contact_nis_max: Beyond it the tip is not taken for standing.
         pivot_every: Samples from one velocity of the pendulum to the next within a stance.
         pivot_sigma_mps: Of one of them.
-        tilt_from_gravity: The walking test takes the tilt from each specific force (Eq. 13) and not
-            from the navigated attitude.
     """
 
     states: int
@@ -42,7 +40,6 @@ class Tuning:
     contact_nis_max: float
     pivot_every: int
     pivot_sigma_mps: float
-    tilt_from_gravity: bool
 
     @classmethod
     def of(cls, params: StandardCaneParams, period_s: float) -> Self:
@@ -56,7 +53,6 @@ class Tuning:
                 contact_nis_max=math.inf,
                 pivot_every=1,
                 pivot_sigma_mps=PUBLISHED_PIVOT_MPS_RTHZ / math.sqrt(period_s),
-                tilt_from_gravity=True,
             )
         noise = ImuNoise(
             accel_mps2_rthz=params.accel_noise_mps2_rthz,
@@ -72,5 +68,4 @@ class Tuning:
             contact_nis_max=params.contact_nis_max,
             pivot_every=max(1, round(params.pivot_every_s / period_s)),
             pivot_sigma_mps=params.pivot_sigma_mps,
-            tilt_from_gravity=False,
         )
