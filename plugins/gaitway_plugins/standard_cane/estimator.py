@@ -13,9 +13,10 @@ from gaitway.estimation import (
     GapBridge,
     ImuSample,
     Saveable,
+    WalkingTest,
     half_window,
+    tilt_from_gravity_rad,
 )
-from gaitway.estimation.walking import WalkingTest, tilt_from_gravity_rad
 from gaitway_plugins.standard_cane.accounts import Accounts
 from gaitway_plugins.standard_cane.mishaps import Mishaps
 from gaitway_plugins.standard_cane.navigator import Navigator

@@ -315,9 +315,7 @@ def _sway(
     return Tremor(Spline(envelope), peaks, [0.35, 0.8], rng.uniform(0.0, 2.0 * pi, (2, 3)))
 
 
-def _shocks(
-    contacts_s: Floats, shock: float, rng: np.random.Generator
-) -> tuple[Shocks, Shocks]:
+def _shocks(contacts_s: Floats, shock: float, rng: np.random.Generator) -> tuple[Shocks, Shocks]:
     """Return how the rubber tip rings, gone within 0.15 s, and the shaft, within 0.3 s."""
     size = (len(contacts_s), 3)
     tip_m = shock * rng.standard_normal(size) * np.array([1e-4, 1e-4, 2e-4])
