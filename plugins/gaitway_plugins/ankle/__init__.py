@@ -90,6 +90,7 @@ def gaitway_devices() -> Sequence[DeviceType]:
             requires=(ACCEL, GYRO),
             params=AnkleParams,
             make_estimator=_make_estimator,
+            measured=("lever_arm_m",),
             default_mounting={"x": "up", "y": "right", "z": "forward"},
             simulate=_simulate,
             summarise=_summarise,

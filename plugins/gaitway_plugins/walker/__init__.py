@@ -48,6 +48,7 @@ def gaitway_devices() -> Sequence[DeviceType]:
             requires=(ACCEL, GYRO, LEFT_TICKS, RIGHT_TICKS),
             params=WalkerParams,
             make_estimator=_make_estimator,
+            measured=("track_m", "wheel_radius_m", "pulses_per_revolution", "imu_position_m"),
             default_mounting={"x": "forward", "y": "left", "z": "up"},
             simulate=_simulate,
             summarise=_summarise,

@@ -14,9 +14,9 @@ from gaitway.api import (
     EstimatorInput,
     Floats,
     SampleBatch,
+    missing_channels,
 )
 from gaitway.estimation import Break
-from gaitway.samples import missing_channels
 from gaitway_plugins.walker.blocks import Block, Blocks
 from gaitway_plugins.walker.params import WalkerParams
 from gaitway_plugins.walker.stillness import Stillness, rolling_min_m
