@@ -15,8 +15,8 @@ from gaitway.estimation import (
     Saveable,
     half_window,
 )
-from gaitway.estimation.walking import WalkingTest, tilt_from_gravity_rad
 from gaitway_plugins.standard_cane.accounts import Accounts
+from gaitway_plugins.standard_cane.activity import WalkingTest, tilt_from_gravity_rad
 from gaitway_plugins.standard_cane.mishaps import Mishaps
 from gaitway_plugins.standard_cane.navigator import Navigator
 from gaitway_plugins.standard_cane.params import StandardCaneParams

@@ -77,6 +77,4 @@ def test_the_published_method_runs(walk, batch_of, run):
     default, published = (
         run(batch_of(truth), height_m=0.315, method=method) for method in ("default", "published")
     )
-    assert abs(default.distance_m - truth.distance_m) < abs(
-        published.distance_m - truth.distance_m
-    )
+    assert abs(default.distance_m - truth.distance_m) < abs(published.distance_m - truth.distance_m)

@@ -3,8 +3,8 @@
 import math
 from typing import Final
 
+from gaitway.estimation import CentredMean, half_window
 from gaitway.estimation.rotation import Vector
-from gaitway.estimation.windows import CentredMean, half_window
 
 
 def tilt_from_gravity_rad(accel_d: Vector) -> float:
