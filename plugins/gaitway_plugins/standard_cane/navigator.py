@@ -90,6 +90,7 @@ class Navigator:
         self._pointed_n = np.zeros(3)
         self._pointing_n = np.zeros(3)
         self._highest_m = 0.0
+        self._level = False
         self._fastest_mps = 0.0
         self._factor = 1.0
         self._before_landing = (self._kf.nominal, self._kf.covariance, 0.0, 1.0)
@@ -217,6 +218,7 @@ class Navigator:
             rows: Those since, without the landing's.
         """
         nominal, covariance, self._fastest_mps, self._factor = self._before_landing
+        self._level = False
         self._kf.nominal[:], self._kf.covariance[:] = nominal, covariance
         for row in rows:
             self.move(row)
@@ -232,12 +234,17 @@ class Navigator:
             return False
         R = np.array([[self._params.floor_sigma_m**2]])
         self._kf.correct(Measurement(np.array([-rise_m]), self._tip_jacobian()[2:], R))
+        self._level = True
         return True
 
     def mark(self) -> None:
         """Count the way from here: the position of the tip is zero and known by definition."""
         kf = self._kf
-        self._origin_n = self.tip_n
+        since_n = self._since_mark_n()
+        if self._level:
+            since_n[2] = 0.0
+        self._level = False
+        self._origin_n = self._origin_n + since_n
         lever_n = self._lever_n()
         self._pointed_n = lever_n / self._lever_m
         self._highest_m = 0.0
