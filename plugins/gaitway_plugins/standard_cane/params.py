@@ -114,7 +114,7 @@ class StandardCaneParams(Params):
     """How fast the tip of a standing cane may be moving, per axis: rubber rolls and slips."""
     floor_sigma_m: float = Field(0.005, gt=0.0)
     """How even a level floor is."""
-    shared_sigma: float = Field(0.0025, ge=0.0)
+    shared_sigma: float = Field(0.0012, ge=0.0)
     """Relative standard deviation common to all strides: the accelerometer's scale, and a tip that
     rolls forward on its rubber in each stance by a millimetre or so."""
     stride_time_sigma_s: float = Field(0.02, gt=0.0)

@@ -60,7 +60,7 @@ class Conditions:
 
     imu_to_tip_m: float = 0.575
     sway_rad: float = 0.01
-    creep_m: float = 0.002
+    creep_m: float = 0.001
     shock: float = 1.0
     lift_m: float = 0.0
     sensor: str = "mti"
