@@ -21,6 +21,8 @@ _FILL_SIGMA: Final = 0.15
 _MOVING_MPS: Final = 0.1
 _SLIDING_MPS2: Final = 3.0
 """A tip that slides on the floor is accelerated less than one that is swung."""
+_SWING_SHARE: Final = 0.43
+"""Of a cycle, where the stance before was not seen."""
 _NEIGHBOURS: Final = 5
 """Placements before a gap that tell what an unseen one was like."""
 
@@ -82,10 +84,13 @@ class Accounts:
 
     def broken(self, gap: Break) -> list[Event]:
         """Take that samples are missing after the one that has just passed."""
+        lift_ns, begun = self._lift_ns, self._walking_since_ns is not None
         self._lift_ns = self._contact_ns = self._walking_since_ns = None
-        if not self._ledger.in_bout:
+        if not self._ledger.in_bout and not (begun and lift_ns is not None):
             return []
         self._unseen_s += gap.duration_s
+        if lift_ns is not None:
+            self._unseen_s += (gap.t_ns - lift_ns) / NS_PER_S
         detail = f"{gap.duration_s:.2f} s of samples missing while walking"
         return [Anomaly(t_ns=gap.t_ns, anomaly="gap-in-stride", detail=detail)]
 
@@ -133,12 +138,14 @@ class Accounts:
             rest_s = (lift_ns - self._contact_ns) / NS_PER_S
             if rest_s <= self._params.max_pause_s:
                 start_ns, stance_s = self._contact_ns, rest_s
-        if stance_s is not None and self._ledger.in_bout:
-            self._recent.append((way.length_m, (now_ns - start_ns) / NS_PER_S))
+        swing_s = (now_ns - lift_ns) / NS_PER_S
+        cycle_s = swing_s / _SWING_SHARE if stance_s is None else stance_s + swing_s
+        if stance_s is None or self._ledger.in_bout:
+            self._recent.append((way.length_m, cycle_s))
         self._told = False
         stride = self._ledger.add_stride(
             start_ns, now_ns, way.length_m, way.sigma_m,
-            stance_duration_s=stance_s, swing_duration_s=(now_ns - lift_ns) / NS_PER_S,
+            stance_duration_s=stance_s, swing_duration_s=swing_s,
         )  # fmt: skip
         return [*events, *(_told(event, lift_ns, way) for event in stride)]
 
@@ -159,7 +166,7 @@ class Accounts:
         """Fill in the placements that went unseen between the last stride and this one."""
         ledger, start_ns = self._ledger, self._ledger.bout_end_ns
         whole_s = (self._now_ns - start_ns) / NS_PER_S
-        if not ledger.in_bout or len(self._recent) < 2:
+        if not ledger.in_bout or not self._recent:
             return self._give_up()
         length_m, cycle_s = (float(x) for x in np.median(np.array(self._recent), axis=0))
         cycles = whole_s / cycle_s

@@ -143,7 +143,9 @@ class Navigator:
         mean = forces.mean(axis=0)
         spread_mps2 = float(np.sqrt(forces.var(axis=0).sum()))
         lean_rad = math.acos(min(1.0, max(-1.0, mean[2] / float(np.linalg.norm(mean)))))
-        if spread_mps2 > p.start_spread_max_mps2 or lean_rad > p.start_tilt_max_rad:
+        half = len(rows) // 2
+        drift_mps2 = float(np.linalg.norm(forces[:half].mean(axis=0) - forces[half:].mean(axis=0)))
+        if drift_mps2 > p.start_drift_max_mps2 or lean_rad > p.start_tilt_max_rad:
             return False
         kf.q_nd = rotation.from_gravity(np.subtract(mean, kf.accel_bias_d).tolist())
         kf.pos_n[:] = -self._lever_n()

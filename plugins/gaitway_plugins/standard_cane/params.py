@@ -82,11 +82,9 @@ class StandardCaneParams(Params):
     """Stance it takes to begin, still or swaying about the tip."""
     resume_window_s: float = Field(0.2, gt=0.0)
     """Stance it takes to go on where navigation was lost; the biases are known by then."""
-    start_rate_max_radps: float = Field(0.6, gt=0.0)
-    """Angular rate below which it may begin."""
-    start_spread_max_mps2: float = Field(0.4, gt=0.0)
-    """Standard deviation of the tip's specific force below which it may begin: in the middle of a
-    swing it is as long as gravity, but turns."""
+    start_drift_max_mps2: float = Field(0.7, gt=0.0)
+    """Change of the tip's specific force, from one half of that stance to the other, below which
+    it may begin: in the middle of a swing it is as long as gravity, but turns."""
     start_tilt_max_rad: float = Field(radians(40.0), gt=0.0)
     """Lean below which it may begin: a cane that leans further lies, or is carried."""
     max_bridge_s: float = Field(0.1, ge=0.0)
