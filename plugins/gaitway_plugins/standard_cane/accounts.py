@@ -52,6 +52,7 @@ class Accounts:
         self._contact_ns: int | None = None
         self._lift_ns: int | None = None
         self._unseen_s = 0.0
+        self._first_lift_ns: int | None = None
         self._told = False
         self._recent: deque[tuple[float, float]] = deque(maxlen=_NEIGHBOURS)
 
@@ -91,6 +92,7 @@ class Accounts:
         self._unseen_s += gap.duration_s
         if lift_ns is not None:
             self._unseen_s += (gap.t_ns - lift_ns) / NS_PER_S
+            self._first_lift_ns = None if self._ledger.in_bout else lift_ns
         detail = f"{gap.duration_s:.2f} s of samples missing while walking"
         return [Anomaly(t_ns=gap.t_ns, anomaly="gap-in-stride", detail=detail)]
 
@@ -132,7 +134,7 @@ class Accounts:
             if self._ledger.in_bout and self._walking_since_ns is not None:
                 self._unseen_s += (self._now_ns - lift_ns) / NS_PER_S
             return []
-        events = self._fill() if self._unseen_s else []
+        events = self._fill(way, lift_ns) if self._unseen_s else []
         now_ns, start_ns, stance_s = self._now_ns, lift_ns, None
         if self._contact_ns is not None:
             rest_s = (lift_ns - self._contact_ns) / NS_PER_S
@@ -162,24 +164,30 @@ class Accounts:
             and way.swung >= p.min_swung_per_m * way.length_m
         )
 
-    def _fill(self) -> list[Event]:
-        """Fill in the placements that went unseen between the last stride and this one."""
-        ledger, start_ns = self._ledger, self._ledger.bout_end_ns
-        whole_s = (self._now_ns - start_ns) / NS_PER_S
-        if not ledger.in_bout or not self._recent:
-            return self._give_up()
-        length_m, cycle_s = (float(x) for x in np.median(np.array(self._recent), axis=0))
-        cycles = whole_s / cycle_s
-        unseen = round(cycles) - 1
+    def _fill(self, way: Way, lift_ns: int) -> list[Event]:
+        """Fill in the placements that went unseen before this one: since the last, or the first."""
+        start_ns, end_ns = self._ledger.bout_end_ns, self._now_ns
+        length_m, cycle_s = way.length_m, (end_ns - lift_ns) / NS_PER_S / _SWING_SHARE
+        seen = 1
+        if not self._ledger.in_bout:
+            # The walk began in the gap, with a lift that was seen: from lift to lift.
+            if self._first_lift_ns is None:
+                return self._give_up()
+            start_ns, end_ns, seen = self._first_lift_ns, lift_ns, 0
+        elif self._recent:
+            length_m, cycle_s = (float(x) for x in np.median(np.array(self._recent), axis=0))
+        cycles = (end_ns - start_ns) / NS_PER_S / cycle_s
+        unseen = round(cycles) - seen
         if unseen > self._params.max_filled:
             return self._give_up()
         sigma_m = length_m * math.hypot(_FILL_SIGMA, cycles - round(cycles))
-        step_ns = round(whole_s * NS_PER_S / (unseen + 1)) if unseen > 0 else 0
+        step_ns = (end_ns - start_ns) // max(1, unseen + seen)
         events: list[Event] = []
         for _ in range(unseen):
-            events += ledger.add_stride(start_ns, start_ns + step_ns, length_m, sigma_m)
+            events += self._ledger.add_stride(start_ns, start_ns + step_ns, length_m, sigma_m)
             start_ns += step_ns
-        self._contact_ns = start_ns
+        if unseen > 0:
+            self._contact_ns = min(start_ns, lift_ns)
         self._unseen_s = 0.0
         return events
 
@@ -190,6 +198,7 @@ class Accounts:
         self._ledger.add_unmeasured(self._unseen_s)
         detail = f"{self._unseen_s:.1f} s that may have been walking gave no measure"
         self._unseen_s = 0.0
+        self._first_lift_ns = None
         told = Anomaly(t_ns=self._now_ns, anomaly="distance-untrusted", detail=detail)
         return [told, self._ledger.distance(self._now_ns)]
 
