@@ -21,6 +21,8 @@ _FILL_SIGMA: Final = 0.15
 _MOVING_MPS: Final = 0.1
 _SLIDING_MPS2: Final = 3.0
 """A tip that slides on the floor is accelerated less than one that is swung."""
+_SWING_SHARE: Final = 0.43
+"""Of a cycle, where the stance before was not seen."""
 _NEIGHBOURS: Final = 5
 """Placements before a gap that tell what an unseen one was like."""
 
@@ -50,6 +52,7 @@ class Accounts:
         self._contact_ns: int | None = None
         self._lift_ns: int | None = None
         self._unseen_s = 0.0
+        self._first_lift_ns: int | None = None
         self._told = False
         self._recent: deque[tuple[float, float]] = deque(maxlen=_NEIGHBOURS)
 
@@ -82,10 +85,14 @@ class Accounts:
 
     def broken(self, gap: Break) -> list[Event]:
         """Take that samples are missing after the one that has just passed."""
+        lift_ns, begun = self._lift_ns, self._walking_since_ns is not None
         self._lift_ns = self._contact_ns = self._walking_since_ns = None
-        if not self._ledger.in_bout:
+        if not self._ledger.in_bout and not (begun and lift_ns is not None):
             return []
         self._unseen_s += gap.duration_s
+        if lift_ns is not None:
+            self._unseen_s += (gap.t_ns - lift_ns) / NS_PER_S
+            self._first_lift_ns = None if self._ledger.in_bout else lift_ns
         detail = f"{gap.duration_s:.2f} s of samples missing while walking"
         return [Anomaly(t_ns=gap.t_ns, anomaly="gap-in-stride", detail=detail)]
 
@@ -127,18 +134,20 @@ class Accounts:
             if self._ledger.in_bout and self._walking_since_ns is not None:
                 self._unseen_s += (self._now_ns - lift_ns) / NS_PER_S
             return []
-        events = self._fill() if self._unseen_s else []
+        events = self._fill(way, lift_ns) if self._unseen_s else []
         now_ns, start_ns, stance_s = self._now_ns, lift_ns, None
         if self._contact_ns is not None:
             rest_s = (lift_ns - self._contact_ns) / NS_PER_S
             if rest_s <= self._params.max_pause_s:
                 start_ns, stance_s = self._contact_ns, rest_s
-        if stance_s is not None and self._ledger.in_bout:
-            self._recent.append((way.length_m, (now_ns - start_ns) / NS_PER_S))
+        swing_s = (now_ns - lift_ns) / NS_PER_S
+        cycle_s = swing_s / _SWING_SHARE if stance_s is None else stance_s + swing_s
+        if stance_s is None or self._ledger.in_bout:
+            self._recent.append((way.length_m, cycle_s))
         self._told = False
         stride = self._ledger.add_stride(
             start_ns, now_ns, way.length_m, way.sigma_m,
-            stance_duration_s=stance_s, swing_duration_s=(now_ns - lift_ns) / NS_PER_S,
+            stance_duration_s=stance_s, swing_duration_s=swing_s,
         )  # fmt: skip
         return [*events, *(_told(event, lift_ns, way) for event in stride)]
 
@@ -155,24 +164,30 @@ class Accounts:
             and way.swung >= p.min_swung_per_m * way.length_m
         )
 
-    def _fill(self) -> list[Event]:
-        """Fill in the placements that went unseen between the last stride and this one."""
-        ledger, start_ns = self._ledger, self._ledger.bout_end_ns
-        whole_s = (self._now_ns - start_ns) / NS_PER_S
-        if not ledger.in_bout or len(self._recent) < 2:
-            return self._give_up()
-        length_m, cycle_s = (float(x) for x in np.median(np.array(self._recent), axis=0))
-        cycles = whole_s / cycle_s
-        unseen = round(cycles) - 1
+    def _fill(self, way: Way, lift_ns: int) -> list[Event]:
+        """Fill in the placements that went unseen before this one: since the last, or the first."""
+        start_ns, end_ns = self._ledger.bout_end_ns, self._now_ns
+        length_m, cycle_s = way.length_m, (end_ns - lift_ns) / NS_PER_S / _SWING_SHARE
+        seen = 1
+        if not self._ledger.in_bout:
+            # The walk began in the gap, with a lift that was seen: from lift to lift.
+            if self._first_lift_ns is None:
+                return self._give_up()
+            start_ns, end_ns, seen = self._first_lift_ns, lift_ns, 0
+        elif self._recent:
+            length_m, cycle_s = (float(x) for x in np.median(np.array(self._recent), axis=0))
+        cycles = (end_ns - start_ns) / NS_PER_S / cycle_s
+        unseen = round(cycles) - seen
         if unseen > self._params.max_filled:
             return self._give_up()
         sigma_m = length_m * math.hypot(_FILL_SIGMA, cycles - round(cycles))
-        step_ns = round(whole_s * NS_PER_S / (unseen + 1)) if unseen > 0 else 0
+        step_ns = (end_ns - start_ns) // max(1, unseen + seen)
         events: list[Event] = []
         for _ in range(unseen):
-            events += ledger.add_stride(start_ns, start_ns + step_ns, length_m, sigma_m)
+            events += self._ledger.add_stride(start_ns, start_ns + step_ns, length_m, sigma_m)
             start_ns += step_ns
-        self._contact_ns = start_ns
+        if unseen > 0:
+            self._contact_ns = min(start_ns, lift_ns)
         self._unseen_s = 0.0
         return events
 
@@ -183,6 +198,7 @@ class Accounts:
         self._ledger.add_unmeasured(self._unseen_s)
         detail = f"{self._unseen_s:.1f} s that may have been walking gave no measure"
         self._unseen_s = 0.0
+        self._first_lift_ns = None
         told = Anomaly(t_ns=self._now_ns, anomaly="distance-untrusted", detail=detail)
         return [told, self._ledger.distance(self._now_ns)]
 

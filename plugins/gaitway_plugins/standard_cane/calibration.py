@@ -74,8 +74,8 @@ def fit_tip(
     along_sigma_m = math.hypot(math.sqrt(along @ fit.covariance @ along), _SCALE * length_m)
     findings = [
         f"imu_to_tip_m = [{told}] m, +- {', '.join(f'{x:.4f}' for x in sigma_m)} m",
-        f"distance of the tip {length_m:.3f} +- {along_sigma_m:.4f} m; the fit leaves "
-        f"{fit.residual_mps2:.3f} m/s^2",
+        f"distance of the tip {length_m:.3f} +- {along_sigma_m:.4f} m",
+        f"the fit leaves {fit.residual_mps2:.3f} m/s^2",
     ]
     params = {
         "imu_to_tip_m": [round(float(x), 4) for x in fit.imu_to_tip_b],
@@ -108,7 +108,7 @@ def solve(batches: Sequence[SampleBatch]) -> TipFit:
     residual = STANDARD_GRAVITY_MPS2 - np.linalg.norm(force, axis=1)
     variance = float(residual @ residual) / len(residual) * max(1.0, _CORRELATED_S / period_s)
     turning = J[:, :3] @ state[:3]
-    covariance = variance * np.linalg.inv(normal)[:3, :3]
+    covariance: Floats = np.array(variance * np.linalg.inv(normal)[:3, :3], np.float64)
     fit = TipFit(state[:3], covariance, turning + residual, turning)
     _judge(fit)
     return fit

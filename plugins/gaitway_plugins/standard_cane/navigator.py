@@ -90,6 +90,7 @@ class Navigator:
         self._pointed_n = np.zeros(3)
         self._pointing_n = np.zeros(3)
         self._highest_m = 0.0
+        self._level = False
         self._fastest_mps = 0.0
         self._factor = 1.0
         self._before_landing = (self._kf.nominal, self._kf.covariance, 0.0, 1.0)
@@ -142,7 +143,9 @@ class Navigator:
         mean = forces.mean(axis=0)
         spread_mps2 = float(np.sqrt(forces.var(axis=0).sum()))
         lean_rad = math.acos(min(1.0, max(-1.0, mean[2] / float(np.linalg.norm(mean)))))
-        if spread_mps2 > p.start_spread_max_mps2 or lean_rad > p.start_tilt_max_rad:
+        half = len(rows) // 2
+        drift_mps2 = float(np.linalg.norm(forces[:half].mean(axis=0) - forces[half:].mean(axis=0)))
+        if drift_mps2 > p.start_drift_max_mps2 or lean_rad > p.start_tilt_max_rad:
             return False
         kf.q_nd = rotation.from_gravity(np.subtract(mean, kf.accel_bias_d).tolist())
         kf.pos_n[:] = -self._lever_n()
@@ -217,6 +220,7 @@ class Navigator:
             rows: Those since, without the landing's.
         """
         nominal, covariance, self._fastest_mps, self._factor = self._before_landing
+        self._level = False
         self._kf.nominal[:], self._kf.covariance[:] = nominal, covariance
         for row in rows:
             self.move(row)
@@ -232,12 +236,17 @@ class Navigator:
             return False
         R = np.array([[self._params.floor_sigma_m**2]])
         self._kf.correct(Measurement(np.array([-rise_m]), self._tip_jacobian()[2:], R))
+        self._level = True
         return True
 
     def mark(self) -> None:
         """Count the way from here: the position of the tip is zero and known by definition."""
         kf = self._kf
-        self._origin_n = self.tip_n
+        since_n = self._since_mark_n()
+        if self._level:
+            since_n[2] = 0.0
+        self._level = False
+        self._origin_n = self._origin_n + since_n
         lever_n = self._lever_n()
         self._pointed_n = lever_n / self._lever_m
         self._highest_m = 0.0

@@ -82,11 +82,9 @@ class StandardCaneParams(Params):
     """Stance it takes to begin, still or swaying about the tip."""
     resume_window_s: float = Field(0.2, gt=0.0)
     """Stance it takes to go on where navigation was lost; the biases are known by then."""
-    start_rate_max_radps: float = Field(0.6, gt=0.0)
-    """Angular rate below which it may begin."""
-    start_spread_max_mps2: float = Field(0.4, gt=0.0)
-    """Standard deviation of the tip's specific force below which it may begin: in the middle of a
-    swing it is as long as gravity, but turns."""
+    start_drift_max_mps2: float = Field(0.7, gt=0.0)
+    """Change of the tip's specific force, from one half of that stance to the other, below which
+    it may begin: in the middle of a swing it is as long as gravity, but turns."""
     start_tilt_max_rad: float = Field(radians(40.0), gt=0.0)
     """Lean below which it may begin: a cane that leans further lies, or is carried."""
     max_bridge_s: float = Field(0.1, ge=0.0)
@@ -114,7 +112,7 @@ class StandardCaneParams(Params):
     """How fast the tip of a standing cane may be moving, per axis: rubber rolls and slips."""
     floor_sigma_m: float = Field(0.005, gt=0.0)
     """How even a level floor is."""
-    shared_sigma: float = Field(0.0025, ge=0.0)
+    shared_sigma: float = Field(0.0012, ge=0.0)
     """Relative standard deviation common to all strides: the accelerometer's scale, and a tip that
     rolls forward on its rubber in each stance by a millimetre or so."""
     stride_time_sigma_s: float = Field(0.02, gt=0.0)

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitway.api import Floats
+from gaitway.api import Floats  # noqa: TC001  beside the other imports, as everywhere
 from gaitway.estimation import STANDARD_GRAVITY_MPS2
 from gaitway_plugins.standard_cane.navigator import Navigator, Way
 from gaitway_plugins.standard_cane.tip import TipRow
@@ -130,7 +130,7 @@ class Placements:
         self._contact_index = 0
         self._stood_index = 0
         self._refused = 0
-        self._refused_n = np.zeros(3)
+        self._refused_n: Floats = np.zeros(3)
         self._since_landing: list[TipRow] = []
         self._force_sum = 0.0
         self._touched: tuple[int, Floats] | None = None

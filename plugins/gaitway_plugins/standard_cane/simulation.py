@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitway.api import Floats, SimulatedWalk, WalkPlan
 from gaitway.simulation import (
-    ImuModel,
+    SENSORS,
     Knot,
     Person,
     RigidMotion,
@@ -37,11 +37,6 @@ MOUNTING: Final = {"x": "up", "y": "right", "z": "forward"}
 SPEED_RANGE_MPS: Final = (0.1, 1.6)
 HAND_M: Final = 0.85
 """Height of the hand above the tip."""
-MEMS: Final = ImuModel(
-    gyro=replace(ImuModel().gyro, noise_rthz=radians(0.02), bias=radians(0.5), scale=3e-3),
-    accel=replace(ImuModel().accel, noise_rthz=3e-3, bias=0.05, scale=3e-3),
-)
-"""A cheap sensor, not calibrated."""
 SETTLE_S: Final = 0.05
 """After contact the rubber slides and gives for so long."""
 LIMITS: Final = {
@@ -60,12 +55,12 @@ class Conditions:
         creep_m: How far the rubber rolls in a stance, at most.
         shock: Of contacts, relative to the usual.
         lift_m: How high the tip is swung; the person's own where 0.
-        sensor: ``mti`` or ``mems``.
+        sensor: A key of ``gaitway.simulation.SENSORS``.
     """
 
     imu_to_tip_m: float = 0.575
     sway_rad: float = 0.01
-    creep_m: float = 0.002
+    creep_m: float = 0.001
     shock: float = 1.0
     lift_m: float = 0.0
     sensor: str = "mti"
@@ -79,11 +74,11 @@ class Conditions:
         """
         values: dict[str, str | float] = {}
         for name, value in plan.conditions.items():
-            if name == "sensor" and value in ("mti", "mems"):
+            if name == "sensor" and value in SENSORS:
                 values[name] = value
                 continue
             if name not in LIMITS or isinstance(value, str):
-                known = ", ".join((*LIMITS, "sensor (mti or mems)"))
+                known = ", ".join((*LIMITS, f"sensor ({' or '.join(SENSORS)})"))
                 raise ValueError(f"condition {name} = {value}: a standard cane has {known}")
             low, high = LIMITS[name]
             if not low <= value <= high:
@@ -165,7 +160,7 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     Args:
         plan: What to walk; ``distance_m`` is reached to within half a placement. Conditions:
             ``imu_to_tip_m`` (height of the IMU above the tip), ``sway_rad``, ``creep_m``,
-            ``shock``, ``lift_m``, ``sensor`` (``mti`` or ``mems``).
+            ``shock``, ``lift_m``, ``sensor`` (a key of ``gaitway.simulation.SENSORS``).
 
     Raises:
         ValueError: The plan's speed or a condition is out of reach.
@@ -184,7 +179,7 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     motion = _motion(stances, end_s, person, habit, conditions, rng)
     # Awry about the shaft only: the way to the tip stays as it was told.
     place = mounted(MOUNTING, (0.0, 0.0, conditions.imu_to_tip_m), (awry_rad, 0.0, 0.0))
-    model = MEMS if conditions.sensor == "mems" else ImuModel()
+    model = SENSORS[conditions.sensor]
     return record(plan, motion, place, end_s, list(_strides(stances)), model=model)
 
 

@@ -30,7 +30,7 @@ def test_a_long_walk_with_a_turn_is_measured_to_seven_permille(walk, batch_of, r
     assert distance.distance_m == pytest.approx(truth.distance_m, rel=0.007)
     rows = np.array(trace.rows)
     standing = rows[:, trace.columns.index("contact")] > 0
-    assert np.abs(rows[standing, trace.columns.index("tip_z_m")]).max() < 0.05
+    assert np.abs(rows[standing, trace.columns.index("tip_z_m")]).max() < 0.02
 
 
 def test_sample_rates_agree(walk, batch_of, run):
@@ -77,6 +77,4 @@ def test_the_published_method_runs(walk, batch_of, run):
     default, published = (
         run(batch_of(truth), height_m=0.315, method=method) for method in ("default", "published")
     )
-    assert abs(default.distance_m - truth.distance_m) < abs(
-        published.distance_m - truth.distance_m
-    )
+    assert abs(default.distance_m - truth.distance_m) < abs(published.distance_m - truth.distance_m)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitway.api import CalibrationError, CalibrationPart, SampleBatch, WalkPlan
-from gaitway.estimation import STANDARD_GRAVITY_MPS2, ImuSample
+from gaitway.estimation import STANDARD_GRAVITY_MPS2, ImuSample, rotation
 from gaitway.simulation import Constant, RigidMotion, Tremor, mounted, record
 from gaitway_plugins.standard_cane.calibration import fit_tip
 from gaitway_plugins.standard_cane.navigator import Navigator
@@ -69,15 +69,13 @@ def _navigator() -> tuple[Navigator, list[TipRow]]:
 
 
 def test_the_jacobian_of_the_tip_is_what_differences_show():
-    navigator, (row,) = _navigator()
+    navigator, _ = _navigator()
     kf = navigator._kf
     H = navigator._tip_jacobian()
     for axis in range(3):
         before, q = navigator.tip_n.copy(), kf.q_nd
         turn = np.zeros(3)
         turn[axis] = 1e-6
-        from gaitway.estimation import rotation  # noqa: PLC0415  beside its use
-
         kf.q_nd = rotation.multiply(rotation.from_rotation_vector(turn), q)
         assert (navigator.tip_n - before) / 1e-6 == pytest.approx(H[:, 6 + axis], abs=1e-5)
         kf.q_nd = q
