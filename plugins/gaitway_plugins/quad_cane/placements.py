@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitway.api import Floats, Ints
-from gaitway.estimation import ImuBlock
-from gaitway_plugins.quad_cane.activity import tilt_from_gravity_rad
+from gaitway.estimation import ImuBlock, tilts_from_gravity_rad
 from gaitway_plugins.quad_cane.navigator import Displacement, Navigator
 
 
@@ -155,7 +154,7 @@ class Placements:
         self._first += len(block)
         w, x, y, z = poses[:, 6:].T
         tilt_rad = 2.0 * np.arctan2(np.sqrt(x * x + y * y), np.sqrt(w * w + z * z))
-        return np.where(np.isnan(w), tilt_from_gravity_rad(block.accel_d), tilt_rad)
+        return np.where(np.isnan(w), tilts_from_gravity_rad(block.accel_d), tilt_rad)
 
     def close(self) -> None:
         """Take the way of the last placement as it is known now: no more samples will come."""

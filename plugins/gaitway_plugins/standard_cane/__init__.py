@@ -66,6 +66,7 @@ def gaitway_devices() -> Sequence[DeviceType]:
             requires=(ACCEL, GYRO),
             params=StandardCaneParams,
             make_estimator=_make_estimator,
+            measured=("imu_to_tip_m",),
             default_mounting={"x": "up", "y": "right", "z": "forward"},
             simulate=_simulate,
             calibrations=(_TIP,),

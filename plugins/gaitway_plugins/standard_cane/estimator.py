@@ -13,10 +13,11 @@ from gaitway.estimation import (
     GapBridge,
     ImuSample,
     Saveable,
+    WalkingTest,
     half_window,
+    tilt_from_gravity_rad,
 )
 from gaitway_plugins.standard_cane.accounts import Accounts
-from gaitway_plugins.standard_cane.activity import WalkingTest, tilt_from_gravity_rad
 from gaitway_plugins.standard_cane.mishaps import Mishaps
 from gaitway_plugins.standard_cane.navigator import Navigator
 from gaitway_plugins.standard_cane.params import StandardCaneParams

@@ -94,6 +94,23 @@ def test_time_unmeasured_for_which_strides_count_widens_nothing_by_itself():
     assert (distance.unmeasured_s, distance.distance_sigma_m) == (2.0, 0.0)
 
 
+def test_a_stride_may_share_its_error_by_another_measure_than_the_rest():
+    books = ledger(shared_sigma=0.01)
+    books.add_stride(0, S, 10.0, 0.0)
+    events = books.add_stride(S, 2 * S, 10.0, 0.0, shared_sigma=0.002)
+    assert only(Stride, events)[0].stride_length_sigma_m == pytest.approx(0.02)
+    assert only(Distance, events)[0].distance_sigma_m == pytest.approx(0.12)
+    assert only(Bout, books.close_bout())[0].distance_sigma_m == pytest.approx(0.12)
+
+
+def test_time_without_a_measure_that_goes_on_is_one_time():
+    pieces, whole = ledger(), ledger()
+    for ongoing in (False, True, True):
+        pieces.add_unmeasured(2.0, ongoing=ongoing)
+    whole.add_unmeasured(6.0)
+    assert pieces.distance(S) == whole.distance(S)
+
+
 def test_a_distance_that_is_of_no_use_says_so_once():
     books = ledger()
     told = walk(books, 2)

@@ -3,8 +3,12 @@
 import math
 from typing import Final
 
-from gaitway.estimation import CentredMean, half_window
+import numpy as np
+from numpy.typing import NDArray
+
 from gaitway.estimation.rotation import Vector
+from gaitway.estimation.windows import CentredMean, half_window
+from gaitway.samples import Floats
 
 
 def tilt_from_gravity_rad(accel_d: Vector) -> float:
@@ -17,6 +21,13 @@ def tilt_from_gravity_rad(accel_d: Vector) -> float:
     """
     fx, fy, fz = accel_d
     return math.atan2(math.sqrt(fx * fx + fy * fy), fz)
+
+
+def tilts_from_gravity_rad(accel_d: Floats) -> Floats:
+    """Return the same for many samples, shape (n,), of specific forces of shape (n, 3)."""
+    fx, fy, fz = accel_d.T
+    tilts: Floats = np.arctan2(np.sqrt(fx * fx + fy * fy), fz)
+    return tilts
 
 
 class WalkingTest:
@@ -55,6 +66,21 @@ class WalkingTest:
         sms = self._sms.push(math.sqrt(constrained + wx * wx) - math.sqrt(constrained))
         tilt = self._tilt.push(tilt_rad)
         return None if sms is None or tilt is None else self._walking(sms, tilt)
+
+    def extend(self, gyro_d: Floats, tilt_rad: Floats) -> NDArray[np.bool_]:
+        """Take samples; return the verdicts that are known now, as ``push`` would give them.
+
+        Args:
+            gyro_d: Angular rate, rad/s, shape (n, 3).
+            tilt_rad: Of the cane, shape (n,).
+        """
+        wx, wy, wz = gyro_d.T
+        constrained = wy * wy + wz * wz
+        sms = self._sms.extend(np.sqrt(constrained + wx * wx) - np.sqrt(constrained))
+        verdicts: NDArray[np.bool_] = (sms <= self._sms_max) & (
+            self._tilt.extend(tilt_rad) <= self._tilt_max
+        )
+        return verdicts
 
     def finish(self) -> list[bool]:
         """Return the verdicts on the last samples."""
