@@ -3,9 +3,8 @@
 from typing import Final, NamedTuple
 
 from gaitway.api import Event
-from gaitway.estimation import CentredMean, ImuSample, half_window
+from gaitway.estimation import CentredMean, ClipDetector, ImuSample, half_window
 from gaitway_plugins.shank.accounts import Accounts, Unmeasured
-from gaitway_plugins.shank.clipping import ClipDetector
 from gaitway_plugins.shank.footing import Floor, Footing
 from gaitway_plugins.shank.learning import AnkleHeight, RestLearner, forward_motion
 from gaitway_plugins.shank.params import ShankParams

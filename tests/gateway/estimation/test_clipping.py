@@ -22,3 +22,9 @@ def test_equal_readings_far_from_any_end_and_unequal_ones_are_not(values):
 
 def test_what_the_device_says_counts():
     assert verdicts([1.0], flagged=True) == [True]
+
+
+@pytest.mark.parametrize("gyro_y_radps", [0.0, 0.1], ids=["some equal", "none equal"])
+def test_a_flag_is_believed_whatever_the_readings(gyro_y_radps):
+    sample = ImuSample(0, (1.0, 0.1, 9.8), (0.1, gyro_y_radps, 0.1), True, False)
+    assert ClipDetector().push(sample)

@@ -5,7 +5,6 @@ import pytest
 
 from gaitway.estimation import ImuSample
 from gaitway.estimation.rotation import from_rotation_vector, to_matrix
-from gaitway_plugins.shank.clipping import ClipDetector
 from gaitway_plugins.shank.footing import Footing
 from gaitway_plugins.shank.learning import AnkleHeight, RestLearner
 from gaitway_plugins.shank.params import ShankParams
@@ -158,26 +157,6 @@ def test_a_slow_or_short_turn_back_is_no_swing(run):
 def test_an_endless_swing_is_told_once():
     found = marks([1.0] * 5 + [-3.0] * 300 + [1.0] * 5)
     assert found == [(Mark.TOE_OFF, 5), (Mark.TOO_LONG, 126)]
-
-
-def clipped(readings):
-    detector = ClipDetector()
-    samples = [ImuSample(0, (x, 0.0, 9.8), (0.0, 0.1, 0.0), False, False) for x in readings]
-    return [detector.push(sample) for sample in samples]
-
-
-def test_three_equal_high_readings_are_a_ceiling():
-    assert clipped([10.0, 14.7, 14.7, 14.7, 14.7, 9.0]) == [False, False, False, True, True, False]
-
-
-def test_equal_readings_of_a_sensor_at_rest_are_none():
-    assert clipped([0.3] * 10) == [False] * 10
-
-
-@pytest.mark.parametrize("gyro_y_radps", [0.0, 0.1], ids=["some equal", "none equal"])
-def test_a_device_that_says_it_clipped_is_believed(gyro_y_radps):
-    sample = ImuSample(0, (1.0, 0.1, 9.8), (0.1, gyro_y_radps, 0.1), True, False)
-    assert ClipDetector().push(sample)
 
 
 @pytest.mark.parametrize(
