@@ -12,9 +12,9 @@ from gaitway_plugins.crutch_tip.books import Books, Pitches
 from gaitway_plugins.crutch_tip.checks import Checks, change
 from gaitway_plugins.crutch_tip.force import ContactDetector, Edge
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
-from gaitway_plugins.crutch_tip.stances import ForceMeter, Stance
+from gaitway_plugins.crutch_tip.stances import ForceMeter, Stance, smoothing_samples
 from gaitway_plugins.crutch_tip.stream import FORCE, GYRO_D, UP_D, Rows, Stream
-from gaitway_plugins.crutch_tip.tracker import make_tracker, smoothing_samples
+from gaitway_plugins.crutch_tip.trackers import make_tracker
 
 CHUNK_S: Final = 0.1
 """Samples are worked on in chunks of this, counted from the beginning of a stretch, so that it does
@@ -131,6 +131,8 @@ class Stretch:
         if self._waiting is not None and len(self._waiting):
             events = self._work(self._waiting)
         self._waiting = None
+        if self._stance is not None:
+            self._tracker.relieved(self._contact.index)
         self._tell_trace(all_of_them=True)
         return events
 
@@ -153,25 +155,25 @@ class Stretch:
         return events
 
     def _on_contact(self, edge: Edge) -> list[Event]:
-        rows = self._rows(edge.index, edge.index + 1)
-        self._stance = Stance(edge.index, int(rows.t_ns[0]))
+        rows = self._rows(edge.sample, edge.sample + 1)
+        self._stance = Stance(edge.sample, int(rows.t_ns[0]))
         self._meter.begin()
-        self._measured = edge.index
-        self._tracker.loaded(edge.index)
+        self._measured = edge.sample
+        self._tracker.loaded(edge.sample)
         return []
 
     def _on_lift(self, edge: Edge) -> list[Event]:
         stance, self._stance = self._stance, None
         if stance is None:
             return []
-        self._measure_until(stance, edge.index)
+        self._measure_until(stance, edge.sample)
         stance.lift, stance.lift_ns = (
-            edge.index,
-            int(self._rows(edge.index, edge.index + 1).t_ns[0]),
+            edge.sample,
+            int(self._rows(edge.sample, edge.sample + 1).t_ns[0]),
         )
         events = self._compare(stance)
-        self._tracker.relieved(edge.index)
-        if (edge.index - stance.contact) * self._period_s < self._params.min_stance_s:
+        self._tracker.relieved(edge.sample)
+        if (edge.sample - stance.contact) * self._period_s < self._params.min_stance_s:
             return events
         pitches = None
         if not self._checks.misplaced:

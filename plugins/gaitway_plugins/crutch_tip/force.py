@@ -39,11 +39,11 @@ class Edge(NamedTuple):
     """The crutch is loaded or relieved.
 
     Attributes:
-        index: Number of the first sample that is.
+        sample: Number of the first that is.
         loaded: Which of the two.
     """
 
-    index: int
+    sample: int
     loaded: bool
 
 

@@ -1,5 +1,6 @@
 """Parameters of the crutch tip, in SI units, so that they hold at any sample rate."""
 
+from itertools import pairwise
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
@@ -61,6 +62,13 @@ class CrutchTipParams(Params):
     min_bout_steps: int = Field(2, ge=1)
     """A bout is told from this many steps in a row on."""
 
+    imu_height_m: float = Field(0.1, ge=0.0, le=1.0)
+    """Of inclinometer and accelerometer above the rubber's sole, about which a planted crutch
+    turns: what they feel of that is taken off."""
+    inclination_lag_s: float = Field(0.009, ge=0.0, le=0.1)
+    """By which the inclinometer is late: the paper's SCA100T passes 18 Hz."""
+    settle_s: float = Field(0.1, ge=0.0)
+    """Default method: what is dropped at both ends of a stance, in the place of stance_edge_s."""
     inclination_sigma_rad: float = Field(0.008, gt=0.0)
     """Standard deviation of a stance's mean inclination, from mounting and acceleration."""
     inclination_window_s: float = Field(0.4, gt=0.0)
@@ -93,6 +101,6 @@ class CrutchTipParams(Params):
                 "they need the same number, 2 or more"
             )
         for name, knots in (("force_knots_volt", volts), ("force_knots_newton", newtons)):
-            if any(b <= a for a, b in zip(knots, knots[1:], strict=False)):
+            if any(b <= a for a, b in pairwise(knots)):
                 raise ValueError(f"{name} {list(knots)}: must rise")
         return self

@@ -6,6 +6,8 @@ from typing import Final
 import numpy as np
 
 from gaitway.api import Floats
+from gaitway.estimation import half_window
+from gaitway_plugins.crutch_tip.params import CrutchTipParams
 
 
 @dataclass(slots=True)
@@ -76,3 +78,8 @@ class ForceMeter:
                 self._steepest = max(self._steepest, slope)
             if mean > stance.peak_newton:
                 stance.peak_newton, stance.rate_newtonps = mean, self._steepest
+
+
+def smoothing_samples(params: CrutchTipParams, period_s: float) -> int:
+    """Return over how many samples a force is averaged."""
+    return 2 * half_window(params.force_smoothing_s, period_s) + 1

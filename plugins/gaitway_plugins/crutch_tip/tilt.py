@@ -2,8 +2,8 @@
 
 The paper integrates the gyroscope's y axis alone, so that a crutch that leans sideways takes a turn
 of its user for a change of pitch. Here the whole attitude is integrated: an ``ErrorStateFilter`` of
-which only attitude and gyroscope bias are used. An inclination is taken in as the mean difference to
-what was integrated meanwhile, so the crutch may move on while it is measured.
+which only attitude and gyroscope bias are used. An inclination is taken in as the mean difference
+to what the integrated attitudes let expect, so the crutch may move on while it is measured.
 """
 
 from typing import Final
@@ -20,6 +20,7 @@ from gaitway.estimation import (
     rotation,
     zero_rate,
 )
+from gaitway_plugins.crutch_tip.inclination import vertical_d
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
 
 _BEGIN_SIGMA_RAD: Final = 0.15
@@ -27,7 +28,7 @@ _BEGIN_SIGMA_RAD: Final = 0.15
 _LOST_RADPS: Final = 1.0
 """How fast a crutch may have turned while no samples came."""
 _NIS_MAX: Final = 40.0
-"""An inclination that disagrees by more says that the tilt was lost, and is where it begins anew."""
+"""An inclination that disagrees by more says that the tilt was lost; there it begins anew."""
 _REST_RATE_RADPS: Final = 0.004
 
 
@@ -81,20 +82,21 @@ class Tilt:
         """Take in that the crutch rests; what it reads on average is bias, shape (3,)."""
         self._kf.correct(zero_rate(self._kf, gyro_d.tolist(), _REST_RATE_RADPS))
 
-    def correct(self, q_nd: Floats, up_d: Floats, age_s: float, sigma_rad: float) -> Floats:
+    def correct(self, q_nd: Floats, more_d: Floats, age_s: float, sigma_rad: float) -> Floats:
         """Take in a mean inclination; return the rotation by which attitudes change, shape (4,).
 
         Args:
-            q_nd: Attitudes at its samples, as integrated, shape (n, 4).
-            up_d: The vertical's components measured there, shape (n, 2), NaN where unknown.
-            age_s: How long the middle of them is past.
+            q_nd: Attitude in the middle of its samples, as integrated, shape (4,).
+            more_d: Mean of the vertical's components along x and y as measured, less what was
+                expected by the integrated attitudes, shape (2,), the second NaN where unknown.
+            age_s: How long that middle is past.
             sigma_rad: Standard deviation of the mean.
         """
         before = self._kf.q_nd
-        measurement = self._measurement(q_nd, up_d, age_s, sigma_rad)
+        measurement = self._measurement(q_nd, more_d, age_s, sigma_rad)
         if self._kf.innovation(measurement).nis > _NIS_MAX * len(measurement.z):
             self._kf.set_block(ATT, np.diag([_LOST_RADPS**2, _LOST_RADPS**2, 0.0]))
-            measurement = self._measurement(q_nd, up_d, age_s, sigma_rad)
+            measurement = self._measurement(q_nd, more_d, age_s, sigma_rad)
         self._kf.correct(measurement)
         return np.array(rotation.multiply(self._kf.q_nd, rotation.conjugate(before)))
 
@@ -107,34 +109,24 @@ class Tilt:
         return float(np.sqrt(max(0.0, axis @ self._kf.covariance[ATT, ATT] @ axis)))
 
     def _measurement(
-        self, q_nd: Floats, up_d: Floats, age_s: float, sigma_rad: float
+        self, q_nd: Floats, more_d: Floats, age_s: float, sigma_rad: float
     ) -> Measurement:
-        C_dn = rotation.to_matrix(q_nd[len(q_nd) // 2].tolist()).T
+        C_dn = rotation.to_matrix(q_nd.tolist()).T
         # up_d = C_dn z; with C_nd = exp([theta x]) C_nd_hat its error is C_dn [z x] theta.
         of_attitude = C_dn @ rotation.skew((0.0, 0.0, 1.0))
         H = np.zeros((3, 15))
         H[:, ATT] = of_attitude
         # theta has since grown by -C_nd d_gyro dt, which the middle did not know of.
         H[:, GYRO_BIAS] = of_attitude @ C_dn.T * age_s
-        z = np.append(np.mean(up_d - vertical_d(q_nd), axis=0), np.nan)
-        told = np.flatnonzero(~np.isnan(z))
-        if len(told) == 1:
+        z, R = more_d.copy(), np.eye(2) * sigma_rad**2
+        if np.isnan(z[1]):
             # Nobody told the roll: crutches lean about upright.
-            z[1] = -float(np.mean(vertical_d(q_nd)[:, 1]))
-            R = np.diag([sigma_rad**2, self._params.roll_sigma_rad**2])
-        else:
-            R = np.eye(2) * sigma_rad**2
-        return Measurement(z[:2], H[:2], R)
-
-
-def vertical_d(q_nd: Floats) -> Floats:
-    """Return the vertical's components along d's x and y, shape (n, 2), of attitudes (n, 4)."""
-    w, x, y, z = q_nd.T
-    return np.column_stack([2.0 * (x * z - w * y), 2.0 * (y * z + w * x)])
+            z[1], R[1, 1] = -C_dn[1, 2], self._params.roll_sigma_rad**2
+        return Measurement(z, H[:2], R)
 
 
 def pitch_rad(q_nd: Floats) -> Floats:
-    """Return the pitch of attitudes of shape (n, 4), negative where the tip is ahead, shape (n,)."""
+    """Return the pitch of attitudes (n, 4), negative where the tip is ahead, shape (n,)."""
     pitch: Floats = -np.arcsin(np.clip(vertical_d(q_nd)[:, 0], -1.0, 1.0))
     return pitch
 
