@@ -38,10 +38,10 @@ def lean_components(batch: SampleBatch, params: CrutchTipParams) -> Floats:
 def lean_delays_s(batch: SampleBatch, params: CrutchTipParams) -> Floats:
     """Return by how much each of ``lean_components`` is late, seconds, shape (2,).
 
-    An inclinometer by its own low-pass; an accelerometer, whose sample stands for the interval that
-    ends at it, by half a period.
+    An inclinometer by its own low-pass; an accelerometer by half a period where its sample stands
+    for the interval that ends at it.
     """
-    half_s = 0.5 * batch.period_s
+    half_s = 0.5 * batch.period_s if params.imu_sample == "interval" else 0.0
     x_s = params.inclination_lag_s if INCLINATION.name in batch.channels else half_s
     y_s = params.inclination_lag_s if INCLINATION_ROLL.name in batch.channels else half_s
     return np.array([x_s, y_s])

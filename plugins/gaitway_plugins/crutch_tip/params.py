@@ -62,6 +62,10 @@ class CrutchTipParams(Params):
     min_bout_steps: int = Field(2, ge=1)
     """A bout is told from this many steps in a row on."""
 
+    imu_sample: Literal["instant", "interval"] = "instant"
+    """What a sample of gyroscope and accelerometer stands for: instant: its moment, as those of a
+    chip like the paper's; interval: the time since the sample before, as those of an Xsens MTi.
+    The difference is half a period: at 50 Hz and a fast swing a degree of pitch."""
     imu_height_m: float = Field(0.1, ge=0.0, le=1.0)
     """Of inclinometer and accelerometer above the rubber's sole, about which a planted crutch
     turns: what they feel of that is taken off."""

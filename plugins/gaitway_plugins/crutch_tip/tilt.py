@@ -71,12 +71,19 @@ class Tilt:
         self._kf.covariance[ATT, ATT] += np.diag([variance, variance, 0.0])
 
     def move(self, gyro_d: Floats) -> Floats:
-        """Go on by samples of the angular rate, shape (n, 3); return ``q_nd`` of each, (n, 4)."""
+        """Go on by samples of the angular rate, shape (n, 3).
+
+        Return the attitude at the time of each, shape (n, 4): half a period before the end of the
+        interval that it is integrated over, where a sample is of an instant.
+        """
         kf = self._kf
         out = np.empty((len(gyro_d), 10))
         kf.run(np.zeros_like(gyro_d), gyro_d, self._period_s, self._noise, out=out)
         kf.nominal[:6] = 0.0  # position and velocity are not used
-        return out[:, 6:]
+        q_nd = out[:, 6:]
+        if self._params.imu_sample == "interval":
+            return q_nd
+        return turned_back(q_nd, 0.5 * self._period_s * gyro_d)
 
     def rest(self, gyro_d: Floats) -> None:
         """Take in that the crutch rests; what it reads on average is bias, shape (3,)."""
@@ -129,6 +136,22 @@ def pitch_rad(q_nd: Floats) -> Floats:
     """Return the pitch of attitudes (n, 4), negative where the tip is ahead, shape (n,)."""
     pitch: Floats = -np.arcsin(np.clip(vertical_d(q_nd)[:, 0], -1.0, 1.0))
     return pitch
+
+
+def turned_back(q_nd: Floats, small_rad: Floats) -> Floats:
+    """Return ``q_nd (x) [1, -small_rad / 2]``, for attitudes (n, 4) and small turns in d (n, 3)."""
+    w, x, y, z = q_nd.T
+    a, b, c = -0.5 * small_rad.T
+    back = np.column_stack(
+        [
+            w - x * a - y * b - z * c,
+            x + w * a + y * c - z * b,
+            y + w * b - x * c + z * a,
+            z + w * c + x * b - y * a,
+        ]
+    )
+    q: Floats = back / np.sqrt((back**2).sum(axis=1, keepdims=True))
+    return q
 
 
 def turned(q: Floats, q_nd: Floats) -> Floats:
