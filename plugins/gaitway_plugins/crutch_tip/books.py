@@ -9,7 +9,7 @@ from gaitway_plugins.crutch_tip.stances import Stance
 
 GRAVITY_MPS2 = 9.80665
 SECONDS_PER_MINUTE = 60.0
-SCALE_SIGMA = 0.02
+SCALE_SIGMA = 0.01
 """Relative standard deviation of a force: hysteresis and friction of the paper's sliding part."""
 
 

@@ -20,8 +20,11 @@ from gaitway.simulation import GRAVITY_MPS2, ImuPlace, RigidMotion, ideal_imu, s
 from gaitway_plugins.crutch_tip.force import piecewise_line
 from gaitway_plugins.crutch_tip.params import PAPER_KNOTS_NEWTON, PAPER_KNOTS_VOLT
 
-FRICTION_NEWTON: Final = (4.0, 12.0)
-"""What the sliding part of the tip keeps back of a rising force and adds to a falling one."""
+FRICTION_NEWTON: Final = (8.5, 3.5)
+"""Mean and standard deviation of what the sliding part of the tip keeps back of a rising force and adds to a falling one: with
+it the force is off by 8.8 N RMS, as the paper's is."""
+FULL_FRICTION_NEWTON: Final = 60.0
+"""From this force on; below it the sliding part hardly presses on its rails."""
 FORCE_SCALE: Final = 0.015
 FORCE_NOISE_NEWTON: Final = 2.0
 PASSES_HZ: Final = (14.0, 24.0)
@@ -58,7 +61,7 @@ class Readings:
             t_s: Evenly spaced, shape (n,).
             force: True axial force, newtons, shape (n,).
         """
-        newton = self._force(t_s, force)
+        newton = self._force(force)
         pitch, roll = self._inclinations(t_s)
         found = dict(imu)
         if self._which == "volt":
@@ -73,15 +76,13 @@ class Readings:
             del found[ACCEL.name]
         return found
 
-    def _force(self, t_s: Floats, force: Floats) -> Floats:
+    def _force(self, force: Floats) -> Floats:
         if self._plan.ideal_sensor:
             return force
-        friction = self._sensor.uniform(*FRICTION_NEWTON)
+        friction = float(np.clip(self._sensor.normal(*FRICTION_NEWTON), 2.0, 18.0))
         scale = 1.0 + FORCE_SCALE * self._sensor.standard_normal()
-        rate = np.gradient(force, t_s)
-        kept = friction * np.tanh(rate / 150.0) * np.minimum(1.0, force / 60.0)
         noise = FORCE_NOISE_NEWTON * self._noise.standard_normal(len(force))
-        return scale * force - kept + noise
+        return scale * _with_play(force, friction) + noise
 
     def _inclinations(self, t_s: Floats) -> tuple[Floats, Floats]:
         """Return pitch and roll as told by the specific force through a low-pass."""
@@ -97,6 +98,17 @@ class Readings:
             late += LEVEL_SIGMA_RAD * self._sensor.standard_normal(2)
             late += INCLINATION_NOISE_RAD * self._noise.standard_normal(late.shape)
         return -late[:, 0], late[:, 1]
+
+
+def _with_play(force: Floats, friction: float) -> Floats:
+    """Return what is left of a force after friction that has to be overcome either way."""
+    out = np.empty_like(force)
+    state = 0.0
+    for number, value in enumerate(force.tolist()):
+        play = friction * min(1.0, value / FULL_FRICTION_NEWTON)
+        state = min(max(state, value - play), value + play)
+        out[number] = state
+    return out
 
 
 def _low_pass(values: Floats, share: float) -> Floats:

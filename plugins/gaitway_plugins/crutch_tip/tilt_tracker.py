@@ -1,5 +1,6 @@
 """The pitch of a crutch as it goes: integrated, set right in every stance, also backward."""
 
+import math
 from typing import Final
 
 import numpy as np
@@ -82,17 +83,25 @@ class TiltTracker:
             self._learn(self._used, index - self._edge)
 
     def pitch(self, index: int) -> tuple[float, float]:
-        """Return pitch and its standard deviation at a sample of the last seconds."""
-        row = min(max(0, index - self._first), len(self._q_nd) - 1)
-        sigma_rad = max(float(self._sigma_rad[row]), self._tilt.pitch_sigma_rad())
-        return float(pitch_rad(self._q_nd[row : row + 1])[0]), sigma_rad
+        """Return the pitch where the load changed before a sample, and its standard deviation."""
+        row = min(max(1, index - self._first), len(self._q_nd) - 1)
+        before_rad, after_rad = pitch_rad(self._q_nd[row - 1 : row + 1]).tolist()
+        rate_radps = (after_rad - before_rad) / self._period_s
+        p = self._params
+        sigma_rad = math.hypot(
+            max(float(self._sigma_rad[row]), self._tilt.pitch_sigma_rad()),
+            p.inclination_offset_sigma_rad,
+            rate_radps * p.stride_time_sigma_s,
+        )
+        return 0.5 * (before_rad + after_rad), sigma_rad
 
     def settle(self, *, all_of_them: bool = False) -> Settled:
         """Return the pitches that won't change any more, each once, in order."""
         end = self._first + len(self._q_nd)
         until = end if all_of_them else max(self._corrected, end - self._keep)
         rows = slice(self._told - self._first, max(self._told, until) - self._first)
-        settled = Settled(pitch_rad(self._q_nd[rows]), self._sigma_rad[rows])
+        level_rad = self._params.inclination_offset_sigma_rad
+        settled = Settled(pitch_rad(self._q_nd[rows]), np.hypot(self._sigma_rad[rows], level_rad))
         self._told = max(self._told, until)
         self._forget(max(0, min(self._told, end - self._keep) - self._first))
         return settled

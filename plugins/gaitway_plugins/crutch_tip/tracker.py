@@ -34,7 +34,7 @@ class Tracker(Protocol):
         ...
 
     def pitch(self, index: int) -> tuple[float, float]:
-        """Return pitch and its standard deviation at a sample of the last seconds."""
+        """Return the pitch where the load changed before a sample, and its standard deviation."""
         ...
 
     def settle(self, *, all_of_them: bool = False) -> Settled:
