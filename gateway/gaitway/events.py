@@ -53,6 +53,8 @@ class Stride(Event):
     lift_t_ns: int | None = None
     """When it left the ground within the cycle (terminal contact), same clock as t_ns; the contact
     before is start_t_ns, the contact after t_ns."""
+    interpolated: bool = False
+    """Not measured: samples were missing in mid-walk, and the strides beside tell its length."""
     height_change_m: float | None = None
     """How much higher it ended than it began; negative is down."""
     height_change_sigma_m: float | None = None

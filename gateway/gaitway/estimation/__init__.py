@@ -17,6 +17,8 @@ takes a sample at a time, costs the same for every sample, and says how much lat
     arithmetic is machine code or its slow twin;
 ``Saveable``
     gives an estimator ``save`` and ``restore``;
+``StrideInterpolation``
+    tells what strides missing samples hid in mid-walk;
 ``WalkLedger``
     keeps the books: strides in; stride, distance and bout events out.
 
@@ -26,6 +28,7 @@ single vectors are tuples of floats (``gaitway.estimation.rotation`` says why).
 """
 
 from gaitway.estimation import rotation
+from gaitway.estimation.clipping import ClipDetector
 from gaitway.estimation.error_state import (
     STANDARD_GRAVITY_MPS2,
     ErrorStateFilter,
@@ -33,6 +36,7 @@ from gaitway.estimation.error_state import (
     Measurement,
 )
 from gaitway.estimation.gaps import BlockBridge, Break, GapBridge, ImuBlock, ImuSample
+from gaitway.estimation.interpolation import LostStrides, StrideInterpolation
 from gaitway.estimation.kernels import COMPILED
 from gaitway.estimation.ledger import WalkLedger
 from gaitway.estimation.measurements import (
@@ -61,17 +65,20 @@ __all__ = [
     "Break",
     "CentredHold",
     "CentredMean",
+    "ClipDetector",
     "ErrorStateFilter",
     "GapBridge",
     "ImuBlock",
     "ImuNoise",
     "ImuSample",
     "Innovation",
+    "LostStrides",
     "Measurement",
     "Rest",
     "RestDetector",
     "Saveable",
     "StanceDetector",
+    "StrideInterpolation",
     "WalkLedger",
     "align_at_rest",
     "gravity",

@@ -76,6 +76,7 @@ class WalkLedger:
         *,
         stance_duration_s: float | None = None,
         swing_duration_s: float | None = None,
+        interpolated: bool = False,
     ) -> list[Event]:
         """Count a stride; return what it makes known, in the order of time.
 
@@ -86,6 +87,7 @@ class WalkLedger:
             stride_length_sigma_m: Standard deviation of its length, without what all strides share.
             stance_duration_s: Time on the ground within the cycle.
             swing_duration_s: Time in the air within the cycle.
+            interpolated: It was not measured.
         """
         self.begin(start_t_ns)
         events = self.advance(start_t_ns)
@@ -121,15 +123,26 @@ class WalkLedger:
                 stance_duration_sigma_s=None if stance_duration_s is None else duration_sigma_s,
                 swing_duration_s=swing_duration_s,
                 swing_duration_sigma_s=None if swing_duration_s is None else duration_sigma_s,
+                lift_t_ns=None
+                if stance_duration_s is None
+                else start_t_ns + round(stance_duration_s * NS_PER_S),
+                interpolated=interpolated,
             )
         )
         events.append(self.distance(t_ns))
         return events
 
-    def add_unmeasured(self, duration_s: float) -> None:
-        """Count time that may have been walking but gave no measure; sigma grows, distance not."""
+    def add_unmeasured(self, duration_s: float, *, speed_sigma_mps: float | None = None) -> None:
+        """Count time that may have been walking but gave no measure; sigma grows, distance not.
+
+        Args:
+            duration_s: How long.
+            speed_sigma_mps: How fast that may have been; ``unseen_speed_mps`` where None, 0 where
+                strides with a sigma of their own are counted for it.
+        """
+        speed_mps = self._unseen_speed_mps if speed_sigma_mps is None else speed_sigma_mps
         self._unmeasured_s += duration_s
-        self._unseen_variance_m2 += (duration_s * self._unseen_speed_mps) ** 2
+        self._unseen_variance_m2 += (duration_s * speed_mps) ** 2
 
     def advance(self, t_ns: int) -> list[Event]:
         """Let time pass up to t_ns; return the end of the bout when the pause grew too long."""

@@ -21,6 +21,7 @@ class Footfall:
         yaw_rad: Where the foot points.
         reach: The stride that ends here relative to a usual one.
         push: The stride that begins here, likewise.
+        z_m: Height of the floor: stairs.
     """
 
     contact_s: float
@@ -30,6 +31,7 @@ class Footfall:
     yaw_rad: float
     reach: float
     push: float
+    z_m: float = 0.0
 
     def at(self, share: float) -> float:
         """Return the time at a share of the stance."""

@@ -1,4 +1,4 @@
-"""Level walking of one leg: heel strike, flat foot, push-off and swing, as motion of the shank.
+"""Walking of one leg: heel strike, flat foot, push-off and swing, as motion of the shank.
 
 In stance the foot rolls over the floor without slipping (``Sole``) and the shank turns over the
 ankle; in swing the ankle flies with least jerk from where rolling left it to where rolling takes
@@ -41,6 +41,8 @@ _FLAT_SHARES: Final = (0.16, 0.58)
 # What flight adds to rolling at contact, along, across and up.
 _LANDING_MPS: Final = np.array([0.3, 0.0, -0.25])
 _LANDING_MPS2: Final = np.array([-8.0, 0.0, 0.0])
+_OVER_EDGE: Final = 0.3
+"""How far above half-way a foot passes the edge of a stair, as a share of the climb."""
 _STRIKE_M: Final = np.array([0.7e-3, 0.5e-3, 1.2e-3])
 _WOBBLE_RAD: Final = np.array([0.035, 0.01, 0.012])
 
@@ -82,7 +84,7 @@ class AnklePath:
         self._sole = sole
         self._off_s = np.array([step.off_s for step in footfalls[:-1]])
         self._rolls_s = np.array([step.contact_s + LANDING_S for step in footfalls[1:]])
-        self._places = np.array([[step.x_m, step.y_m, 0.0] for step in footfalls])
+        self._places = np.array([[step.x_m, step.y_m, step.z_m] for step in footfalls])
         yaws = np.array([step.yaw_rad for step in footfalls])
         self._ways = np.stack([np.cos(yaws), np.sin(yaws), np.zeros_like(yaws)], axis=1)
         self._flight = self._fly(footfalls)
@@ -133,7 +135,8 @@ class AnklePath:
             ground.append(_knot(after.contact_s, landing[:, :2]))
             ground.append(_knot(rolling_s, rolling[:, :2]))
             height.append(_knot(before.off_s, off[:, 2:]))
-            carried_m = 0.5 * (off[0, 2] + landing[0, 2])
+            climb_m = abs(after.z_m - before.z_m)
+            carried_m = 0.5 * (off[0, 2] + landing[0, 2]) + _OVER_EDGE * climb_m
             height.append(via(before.off_s + 0.5 * swing_s, carried_m))
             height.append(_knot(after.contact_s, landing[:, 2:]))
             height.append(_knot(rolling_s, rolling[:, 2:]))
@@ -188,10 +191,11 @@ def _foot_knots(
     knots.append(_toe_off(first, first.at(0.3), _FOOT_OFF * push[0]))
     for number, step in enumerate(middle, start=1):
         down_s, up_s = (step.at(share) for share in _FLAT_SHARES)
-        rocking = (2.0 * flat / (up_s - down_s),)
+        rock = flat * min(1.0, reach[number])
+        rocking = (2.0 * rock / (up_s - down_s),)
         knots.append(Knot(step.contact_s, (_FOOT_CONTACT * reach[number],), contact_rate))
-        knots.append(Knot(down_s, (-flat,), rocking, (0.0,)))
-        knots.append(Knot(up_s, (flat,), rocking, (0.0,)))
+        knots.append(Knot(down_s, (-rock,), rocking, (0.0,)))
+        knots.append(Knot(up_s, (rock,), rocking, (0.0,)))
         knots.append(_toe_off(step, up_s, _FOOT_OFF * push[number]))
     knots.append(Knot(last.contact_s, (_FOOT_CONTACT * reach[-1],), contact_rate))
     knots.append(rest(last.contact_s + 0.3 * (last.off_s - last.contact_s), 0.0))

@@ -128,6 +128,7 @@ class Stretch:
             half=self._stance.half,
             every=tuning.zero_velocity_every,
             settle=min(round(params.settle_s / period_s), self._test.half - self._stance.half),
+            least=round(params.min_stance_s / period_s),
             max_swing=round(params.max_swing_s / period_s),
             stood=stood,
         )

@@ -25,6 +25,8 @@ class QuadCaneParams(Params):
     """Angular rate below which the cane may stand: paper, B_g."""
     stance_accel_max_mps2: float = Field(0.3, gt=0.0)
     """Deviation of the specific force from gravity below which it may stand: paper, B_a."""
+    min_stance_s: float = Field(0.08, ge=0.0)
+    """A contact is quiet for this longer than its window, or it was none."""
     zero_velocity_nis_max: float = Field(30.0, gt=0.0)
     """Only a navigated velocity this near to zero, as a normalised innovation squared (5.5 standard
     deviations), is taken for standing: a slow smooth swing passes the paper's test in mid-air."""
@@ -60,6 +62,9 @@ class QuadCaneParams(Params):
     """Stillness it takes to begin."""
     resume_window_s: float = Field(0.25, gt=0.0)
     """Stillness it takes to go on after a gap in a swing; the biases are known by then."""
+    min_found_stance_s: float = Field(0.75, ge=0.0)
+    """Where stillness was lost and found again and did not go on for so long, the stride after it
+    counts only when another follows it."""
     rest_gyro_std_max_radps: float = Field(0.02, gt=0.0)
     """Greatest standard deviation of an angular rate at rest."""
     rest_accel_std_max_mps2: float = Field(0.08, gt=0.0)
@@ -92,8 +97,9 @@ class QuadCaneParams(Params):
     """How fast the base of a standing cane may be moving, per axis."""
     zero_rate_sigma_radps: float = Field(0.005, gt=0.0)
     """How fast a standing cane may be turning, per axis."""
-    shared_sigma: float = Field(0.001, ge=0.0)
-    """Relative standard deviation common to all strides: the accelerometer's scale."""
+    shared_sigma: float = Field(0.002, ge=0.0)
+    """Relative standard deviation common to all strides: the accelerometer's scale, 0.1 % after a
+    fresh calibration, 0.3 % in a cheap sensor."""
     stride_time_sigma_s: float = Field(0.02, gt=0.0)
     """Standard deviation of one contact time."""
 

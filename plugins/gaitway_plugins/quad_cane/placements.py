@@ -95,6 +95,7 @@ class Placements:
         half: Half a quiet window, samples.
         every: From one zero velocity to the next within a stance, samples.
         settle: Samples.
+        least: Shortest quiet time of a contact, samples.
         max_swing: Longest swing that is navigated, samples.
         stood: The cane stood when the samples before these ended.
 
@@ -110,6 +111,7 @@ class Placements:
         half: int,
         every: int,
         settle: int,
+        least: int,
         max_swing: int,
         stood: bool,
     ) -> None:
@@ -117,6 +119,7 @@ class Placements:
         self._half: Final = half
         self._every: Final = every
         self._settle: Final = settle
+        self._least: Final = least
         self._max_swing: Final = max_swing
         self._first = 0
         self._lift_index = 0
@@ -193,7 +196,11 @@ class Placements:
     def _stand(self, block: ImuBlock, row: int, loud: int, poses: Floats) -> int:
         """Go on in a stance to its next zero velocity or its end; return the row after."""
         if row == loud:
-            self._lift(self._first + row, self._first + row - 1 + self._half)
+            index = self._first + row
+            if self._landing_open and index - self._contact_index < self._least:
+                self._take_back()
+            else:
+                self._lift(index, index - 1 + self._half)
             return row
         stop = min(loud, self._stood_index + self._every - self._first + 1)
         if stop > row:
@@ -216,7 +223,14 @@ class Placements:
         if not self._landing_open:
             self._lift(index, index)
             return
-        # It never stood: a swing that slows down smoothly looks like a contact before its end.
+        self._take_back()
+
+    def _take_back(self) -> None:
+        """Go on with the swing: it never stood.
+
+        A swing that slows down smoothly looks like a contact before its end, a waving hand like one
+        where it turns.
+        """
         self._navigator.unland(self._since_landing)
         self._since_landing.clear()
         self._landing_open = False

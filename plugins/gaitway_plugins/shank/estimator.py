@@ -9,6 +9,7 @@ from gaitway_plugins.shank.learning import AnkleHeight, RestLearner
 from gaitway_plugins.shank.params import ShankParams
 from gaitway_plugins.shank.stretch import Loss, Stretch
 from gaitway_plugins.shank.tracing import Tracer
+from gaitway_plugins.shank.wearing import Wearing
 
 
 class ShankEstimator(Saveable):
@@ -28,6 +29,7 @@ class ShankEstimator(Saveable):
         self._accounts = Accounts(params)
         self._rest = RestLearner(params)
         self._ankle = AnkleHeight(params)
+        self._wearing = Wearing()
         self._period_s: float | None = None
         self._stretch: Stretch | None = None
         self._tracer: Tracer | None = None
@@ -79,11 +81,14 @@ class ShankEstimator(Saveable):
         broken.abandon()
         if since_ns is None:
             return self._new_stretch(self._period_s, None)
-        detail = f"{gap.duration_s:.2f} s of samples missing while walking; no stride is made up"
-        return self._new_stretch(self._period_s, Loss(since_ns, "gap-in-stride", detail))
+        detail = f"{gap.duration_s:.2f} s of samples missing while walking"
+        mid_walk = broken.mid_walk and gap.duration_s <= self._params.max_lost_s
+        loss = Loss(since_ns, "gap-in-stride", detail, mid_walk)
+        return self._new_stretch(self._period_s, loss)
 
     def _new_stretch(self, period_s: float, lost: Loss | None) -> Stretch:
         self._period_s = period_s
         return Stretch(
-            self._params, period_s, self._accounts, self._rest, self._ankle, lost, self._tracer
-        )
+            self._params, period_s, self._accounts, self._rest, self._ankle, self._wearing, lost,
+            self._tracer,
+        )  # fmt: skip

@@ -62,7 +62,7 @@ class Floor:
         )
         index = (flat_begin + flat_end) // 2
         flat = self._track.piece(flat_begin, flat_end)
-        return self._footing(begin, end, index, p.ankle_creep_mps, flat)
+        return self._footing(begin, end, index, p.roll_share, flat)
 
     def standing(self, begin: int, end: int) -> Footing | None:
         """Return the middle of the stillest window; None when there is none that is still."""
@@ -78,12 +78,12 @@ class Floor:
         return self._footing(first, last, (first + last) // 2, 0.0, None)
 
     def _footing(
-        self, begin: int, end: int, index: int, creep_mps: float, flat: Piece | None
+        self, begin: int, end: int, index: int, roll_share: float, flat: Piece | None
     ) -> Footing:
         fit = fit_roll_over(
             self._track.piece(begin, end),
             height_m=self._ankle.height_m,
-            creep_mps=creep_mps,
+            roll_share=roll_share,
             gravity_mps2=self._rest.gravity_mps2,
         )
         return Footing(

@@ -1,14 +1,17 @@
 """What the shank says of itself while its foot is on the floor: tilt and velocity.
 
-While the foot rolls, the shank turns about the ankle, and the ankle creeps on as the foot rolls
-over heel, ankle and toes. With the IMU a height ``r`` above the ankle its horizontal velocity is
+While the foot is on the floor, the shank turns about the ankle, and the ankle moves on as the foot
+rolls over heel, sole and toes: together a rocker. With the IMU a height ``r`` above the ankle its
+horizontal velocity is
 
-    v = r (w x z) + c u,    u = (w x z) / |w x z| averaged over the roll-over,
+    v = r (w x z + k mean(w x z)),
 
-``w`` the angular rate, ``z`` up, ``c`` the creep. Specific force less gravity, integrated over the
-roll-over, is that velocity plus a line ``a + G t``: the intercept is the velocity not known, the
-slope the gravity that a wrong tilt lets in. So a straight line through the difference of the two
-gives tilt and velocity, without any of the past. In standing ``c`` is zero.
+``w`` the angular rate, ``z`` up, the mean over the roll-over, ``k`` how fast the rocker carries the
+ankle relative to how fast the IMU turns about it; for an ankle that stands still 0. Specific force
+less gravity, integrated over the roll-over, is that velocity plus a line ``a + G t``: the intercept
+is the velocity not known, the slope the gravity that a wrong tilt lets in. So a straight line
+through the difference of the two gives tilt and velocity, without any of the past. In standing
+``k`` is zero.
 """
 
 from dataclasses import dataclass
@@ -42,21 +45,21 @@ class RollOver:
 
 
 def fit_roll_over(
-    piece: Piece, *, height_m: float, creep_mps: float, gravity_mps2: float
+    piece: Piece, *, height_m: float, roll_share: float, gravity_mps2: float
 ) -> RollOver:
     """Fit the model above.
 
     Args:
         piece: The samples of the window.
         height_m: Height ``r`` of the IMU above what it turns about.
-        creep_mps: Velocity ``c`` of that.
+        roll_share: How fast that moves on itself, ``k``.
         gravity_mps2: What the accelerometer reads at rest.
     """
     time_s = piece.time_s
     C_nc = to_matrix(from_gravity(piece.accel_c.mean(axis=0).tolist()))
     for _ in range(_ROUNDS):
         inertial = velocity_gain(piece.accel_c @ C_nc.T, gravity_mps2, piece.period_s)
-        model = _model(piece.gyro_c @ C_nc.T, height_m, creep_mps)
+        model = height_m * _turning(piece.gyro_c @ C_nc.T, roll_share)
         intercept, slope, rest = _line(time_s, inertial[:, :2] - model)
         turn = (slope[1] / gravity_mps2, -slope[0] / gravity_mps2, 0.0)
         C_nc = to_matrix(from_rotation_vector(turn)) @ C_nc
@@ -98,11 +101,10 @@ def velocity_gain(accel_n: Floats, gravity_mps2: float, period_s: float) -> Floa
     return gain
 
 
-def _model(gyro_n: Floats, height_m: float, creep_mps: float) -> Floats:
+def _turning(gyro_n: Floats, roll_share: float) -> Floats:
+    """Return ``w x z`` plus ``k`` times its mean, horizontal, shape (k, 2)."""
     across = np.stack([gyro_n[:, 1], -gyro_n[:, 0]], axis=1)
-    mean = across.mean(axis=0)
-    length = float(np.hypot(*mean))
-    return height_m * across + (creep_mps / length * mean if length > 0.0 else 0.0)
+    return np.asarray(across + roll_share * across.mean(axis=0))
 
 
 def _line(time_s: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:

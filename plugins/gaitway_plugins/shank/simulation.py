@@ -5,7 +5,7 @@ measured. Walking begins with half a stride from standing and ends with half a s
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin, sqrt
 from typing import Final, Self
 
@@ -25,11 +25,18 @@ from gaitway.simulation import (
 )
 
 MOUNTING: Final = {"x": "up", "y": "right", "z": "forward"}
-ANKLE_TO_IMU_D: Final = (0.04, 0.0, 0.10)
-"""The IMU sits four centimetres before the shank's axis and ten above the ankle joint."""
+IMU_AHEAD_M: Final = 0.04
+"""The IMU sits four centimetres before the shank's axis."""
+IMU_ABOVE_M: Final = (0.12, 0.20)
+"""And so high above the ankle joint: as low as a strap holds, up to where the calf begins."""
+SOFTNESS_M: Final = (0.010, 0.018)
+"""Of a shod foot that rolls: the sole rocks by some 0.1 rad to either side of flat while the centre
+of pressure runs from heel to ball. With the shank that makes a rocker of 0.3 leg lengths (Hansen,
+Childress and Knox 2004), and the ankle moves on in mid-stance at some 0.05 m/s."""
+FEET: Final = ("rolling", "flat")
 STRAP_SIGMA_RAD: Final = (radians(4.0), radians(2.5), radians(2.0))
 """Standard deviations of yaw, pitch and roll with which a sensor is strapped on by eye."""
-SPEED_RANGE_MPS: Final = (0.4, 2.2)
+SPEED_RANGE_MPS: Final = (0.25, 2.2)
 MID_STANCE: Final = 0.4
 """Share of the stance at which the shank turns most slowly: strides run from there to there."""
 RISE_S: Final = 0.75
@@ -87,15 +94,23 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     without turning the lengths add up to the distance from standing to standing.
 
     Args:
-        plan: What to walk; ``distance_m`` is reached to within half a stride.
+        plan: What to walk; ``distance_m`` is reached to within half a stride. Its condition
+            ``foot`` is ``rolling``, as feet do, or ``flat``: an ankle that stands still in
+            mid-stance.
 
     Raises:
-        ValueError: The plan's speed is out of reach.
+        ValueError: The plan's speed is out of reach, or a condition is not known.
     """
+    foot = _foot(plan)
     person = Person.draw(plan.seed)
     rng = stream(plan.seed, "shank")
     pace = Pace.draw(person, plan, rng)
     leg = Leg.draw(person, rng)
+    place = stream(plan.seed, "shank-place")
+    ankle_to_imu_d = (IMU_AHEAD_M, 0.0, float(place.uniform(*IMU_ABOVE_M)))
+    if foot == "rolling":
+        softness_m = float(place.uniform(*SOFTNESS_M))
+        leg = replace(leg, sole=replace(leg.sole, softness_m=softness_m))
     tilts_rad = [float(rng.normal(0.0, sigma_rad)) for sigma_rad in STRAP_SIGMA_RAD]
     if plan.repetition:
         rng = stream(plan.seed, "shank", plan.repetition)
@@ -104,17 +119,30 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     return record(
         plan,
         motion,
-        mounted(MOUNTING, ANKLE_TO_IMU_D, tilts_rad),
+        mounted(MOUNTING, ankle_to_imu_d, tilts_rad),
         footfalls[-1].off_s + plan.rest_s,
-        list(_strides(footfalls, motion)),
-        measured_d=ANKLE_TO_IMU_D,
+        list(_strides(footfalls, motion, ankle_to_imu_d)),
+        measured_d=ankle_to_imu_d,
     )
 
 
-def _strides(footfalls: Sequence[Footfall], motion: RigidMotion) -> Iterator[TrueStride]:
+def _foot(plan: WalkPlan) -> str:
+    """Return how the plan's foot stands, after looking at all conditions."""
+    unknown = set(plan.conditions) - {"foot"}
+    if unknown:
+        raise ValueError(f"condition {min(unknown)!r}: the shank knows foot alone")
+    foot = plan.conditions.get("foot", "rolling")
+    if foot not in FEET:
+        raise ValueError(f"foot {foot!r}: this simulation knows {' and '.join(FEET)}")
+    return str(foot)
+
+
+def _strides(
+    footfalls: Sequence[Footfall], motion: RigidMotion, imu_d: Sequence[float]
+) -> Iterator[TrueStride]:
     first, *middle, last = footfalls
     bounds_s = np.array([first.contact_s, *(step.at(MID_STANCE) for step in middle), last.off_s])
-    sensor_n = motion.point_n(bounds_s, np.array(ANKLE_TO_IMU_D))
+    sensor_n = motion.point_n(bounds_s, np.array(imu_d))
     lengths_m = np.hypot(*np.diff(sensor_n[:, :2], axis=0).T)
     for start_s, end_s, length_m in zip(bounds_s, bounds_s[1:], lengths_m, strict=False):
         yield TrueStride(float(start_s), float(end_s), float(length_m))

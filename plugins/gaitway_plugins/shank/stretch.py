@@ -4,7 +4,7 @@ from typing import Final, NamedTuple
 
 from gaitway.api import Event
 from gaitway.estimation import CentredMean, ImuSample, half_window
-from gaitway_plugins.shank.accounts import Accounts
+from gaitway_plugins.shank.accounts import Accounts, Unmeasured
 from gaitway_plugins.shank.clipping import ClipDetector
 from gaitway_plugins.shank.footing import Floor, Footing
 from gaitway_plugins.shank.learning import AnkleHeight, RestLearner, forward_motion
@@ -13,6 +13,7 @@ from gaitway_plugins.shank.stride import Way, find_way
 from gaitway_plugins.shank.swings import Found, Mark, SwingDetector
 from gaitway_plugins.shank.tracing import Tracer
 from gaitway_plugins.shank.track import Track, samples
+from gaitway_plugins.shank.wearing import Wearing
 
 
 class Loss(NamedTuple):
@@ -22,11 +23,13 @@ class Loss(NamedTuple):
         since_ns: The last footing known.
         anomaly: Name of what happened.
         detail: One line for a person.
+        mid_walk: Samples are missing, and that footing was one of a stance that rolled.
     """
 
     since_ns: int
     anomaly: str
     detail: str
+    mid_walk: bool = False
 
 
 class Stretch:
@@ -42,19 +45,22 @@ class Stretch:
         accounts: Outlive the stretch, as do the learners.
         rest: Gravity and gyroscope bias.
         ankle: Height above the ankle.
+        wearing: Axis of the swings.
         lost: Walking under way when the samples broke off.
         tracer: Where per-sample estimates go, if anywhere.
     """
 
     def __init__(
         self, params: ShankParams, period_s: float, accounts: Accounts, rest: RestLearner,
-        ankle: AnkleHeight, lost: Loss | None, tracer: Tracer | None,
+        ankle: AnkleHeight, wearing: Wearing, lost: Loss | None, tracer: Tracer | None,
     ) -> None:  # fmt: skip
         self._params = params
         self._period_s: Final = period_s
         self._accounts = accounts
         self._rest = rest
         self._ankle = ankle
+        self._wearing = wearing
+        wearing.begin(period_s)
         self._lost = lost
         self._tracer = tracer
         self._track = Track(period_s, rest.gyro_bias_d)
@@ -81,12 +87,21 @@ class Stretch:
         moving = self._walking or self._swinging
         return self._from.t_ns if moving and self._from is not None else None
 
+    @property
+    def mid_walk(self) -> bool:
+        """Whether what is not measured yet began in the middle of a walk."""
+        if self._lost is not None:
+            return self._lost.mid_walk
+        return self._from is not None and self._from.flat is not None
+
     def push(self, sample: ImuSample) -> list[Event]:
         """Take the next sample; return what it makes known."""
         self._accounts.begin(sample.t_ns)
         self._track.push(sample, clipped=self._clip.push(sample))
-        rate_radps = self._smooth.push(sample.gyro_d[1])
-        return [] if rate_radps is None else self._follow(rate_radps)
+        events = self._wearing.push(sample)
+        (x, y, z), (wx, wy, wz) = self._wearing.axis_d, sample.gyro_d
+        rate_radps = self._smooth.push(x * wx + y * wy + z * wz)
+        return events if rate_radps is None else events + self._follow(rate_radps)
 
     def finish(self) -> list[Event]:
         """Return what is known at the end of the input; a stance under way is standing."""
@@ -135,7 +150,8 @@ class Stretch:
             events = self._arrive(footing)
         else:
             begin = max(self._contact, toe_off - self._max_stance, self._track.first)
-            footing = self._floor.standing(begin, toe_off)
+            if not self._resumed_in_stance(toe_off):
+                footing = self._floor.standing(begin, toe_off)
             self._way = None
             if footing is not None:
                 events = self._settle(self._track.t_ns(begin))
@@ -144,6 +160,11 @@ class Stretch:
         self._swinging = True
         self._forget(toe_off if footing is None else footing.index)
         return events
+
+    def _resumed_in_stance(self, toe_off: int) -> bool:
+        """Return whether the samples came back in a stance of the walk that was going on."""
+        mid_walk = self._lost is not None and self._lost.mid_walk
+        return mid_walk and toe_off < self._max_stance
 
     def _stop(self) -> list[Event]:
         """Take that no swing followed the last contact for so long that it is standing."""
@@ -174,12 +195,14 @@ class Stretch:
             self._lose("implausible-stride", "the shank did not move as over a foot on the floor")
             return []
         if before is None:
-            return self._settle(footing.t_ns)
+            return self._bridge(footing)
         piece = self._track.piece(before.index, footing.index)
         way = find_way(piece, before, footing, self._rest.gravity_mps2)
-        if not self._accounts.believes(way):
+        swing_s = (self._contact - self._toe_off) * self._period_s
+        half = before.flat is None or footing.flat is None
+        if not self._accounts.believes(way, swing_s / piece.duration_s, half=half):
             detail = f"{way.length_m:.2f} m with a tilt step of {way.tilt_step_rad:.2f} rad"
-            self._lose("implausible-stride", f"{detail} is not believed and not counted")
+            self._lose("implausible-stride", f"{detail} is no stride of a walk; not counted")
             return self._settle(footing.t_ns)
         self._way = way
         self._learn(before, before_way, way)
@@ -187,8 +210,8 @@ class Stretch:
             self._tracer.hold(self._track, self._traced, before.index)
             self._tracer.way(self._track, before.index, way, self._toe_off, self._contact)
             self._traced = footing.index
-        swing_s = (self._contact - self._toe_off) * self._period_s
-        return self._accounts.stride(before, footing, way, swing_s, piece.clipped * self._period_s)
+        clipped_s = piece.clipped * self._period_s
+        return self._accounts.stride(before, footing, way, swing_s, clipped_s)
 
     def _learn(self, stance: Footing, before: Way | None, after: Way) -> None:
         """Learn from a stance between two strides that were measured."""
@@ -212,12 +235,20 @@ class Stretch:
             self._lost = Loss(self._from.t_ns, anomaly, detail)
         self._from = None
 
+    def _bridge(self, footing: Footing) -> list[Event]:
+        """Take that a footing is known again; strides lost in mid-walk are interpolated."""
+        lost = self._lost
+        if lost is None or not lost.mid_walk or footing.flat is None:
+            return self._settle(footing.t_ns)
+        self._lost = None
+        return self._accounts.bridge(Unmeasured(*lost[:3], footing.t_ns))
+
     def _settle(self, t_ns: int) -> list[Event]:
         """Take that nothing is lost any longer; return what is to be said of what was."""
         lost, self._lost = self._lost, None
         if lost is None or t_ns <= lost.since_ns:
             return []
-        return self._accounts.unseen(lost.since_ns, t_ns, lost.anomaly, lost.detail)
+        return self._accounts.unseen(Unmeasured(*lost[:3], t_ns))
 
     def _forget(self, index: int) -> None:
         if self._tracer is not None and index > self._traced:

@@ -40,6 +40,23 @@ class Way:
         return float(np.hypot(*self.pos_n[-1, :2]))
 
     @property
+    def height_range_m(self) -> float:
+        """From the lowest to the highest it came."""
+        return float(np.ptp(self.pos_n[:, 2]))
+
+    @property
+    def detour(self) -> float:
+        """How much longer the way was than the distance."""
+        steps_m = np.hypot(*np.diff(self.pos_n[:, :2], axis=0).T)
+        return float(steps_m.sum() / max(self.length_m, 1e-6))
+
+    @property
+    def speed_ratio(self) -> float:
+        """How much faster its fastest moment was than both ends."""
+        speed_mps = np.hypot(*self.vel_n[:, :2].T)
+        return float(speed_mps.max() / max(speed_mps[0], speed_mps[-1], 1e-6))
+
+    @property
     def direction(self) -> Floats:
         """Horizontal direction of the way, a unit vector, shape (2,)."""
         return _direction(self.pos_n)

@@ -84,3 +84,11 @@ def test_a_strides_speed_carries_the_errors_of_length_and_time():
     assert stride.swing_duration_sigma_s == stride.stride_duration_sigma_s
     assert stride.stance_duration_s is None
     assert stride.stance_duration_sigma_s is None
+
+
+def test_time_unmeasured_for_which_strides_count_widens_nothing_by_itself():
+    ledger = WalkLedger(max_pause_s=3.0, shared_sigma=0.0, stride_time_sigma_s=0.02)
+    ledger.begin(0)
+    ledger.add_unmeasured(2.0, speed_sigma_mps=0.0)
+    distance = ledger.distance(2_000_000_000)
+    assert (distance.unmeasured_s, distance.distance_sigma_m) == (2.0, 0.0)

@@ -52,8 +52,8 @@ def test_an_hour_later_everything_is_an_hour_later(stream, run):
         event.model_copy(
             update={
                 name: getattr(event, name) - hour_ns
-                for name in ("t_ns", "start_t_ns", "since_t_ns")
-                if hasattr(event, name)
+                for name in ("t_ns", "start_t_ns", "since_t_ns", "lift_t_ns")
+                if getattr(event, name, None) is not None
             }
         )
         for event in run(later).events
