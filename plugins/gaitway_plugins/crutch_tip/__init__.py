@@ -17,6 +17,7 @@ from gaitway.api import (
     WalkPlan,
     hookimpl,
 )
+from gaitway_plugins.crutch_tip.calibration import CALIBRATIONS
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
 
 
@@ -51,5 +52,7 @@ def gaitway_devices() -> Sequence[DeviceType]:
             default_mounting={"x": "up", "y": "right", "z": "forward"},
             simulate=_simulate,
             summarise=_summarise,
+            calibrations=CALIBRATIONS,
+            measured=("body_mass_kg",),
         )
     ]

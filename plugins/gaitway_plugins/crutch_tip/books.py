@@ -62,9 +62,9 @@ class Books:
             return []
         return self.close()
 
-    def broken(self) -> None:
-        """Take that samples are missing: the next stance follows none."""
-        self._before = None
+    def half_seen(self, stance: Stance, pitches: Pitches | None) -> None:
+        """Take a stance whose contact was missed: not told, but the next step begins at its lift."""
+        self._before = (stance, pitches)
 
     def close(self) -> list[Event]:
         """End the present bout; nothing when there is none."""

@@ -7,15 +7,20 @@ import numpy as np
 from gaitway.api import Anomaly, Event, Floats
 from gaitway.estimation import norms
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
-from gaitway_plugins.crutch_tip.stream import CLIPPED, FELT, FORCE, GYRO_D, Rows
+from gaitway_plugins.crutch_tip.stream import CLIPPED, FELT, FORCE, GYRO_D, UP_D, Rows
 
 DRAG_S: Final = 2.0
-DRAG_RATE_RADPS: Final = 0.3
+DRAG_RATE_RADPS: Final = 0.15
 DRAG_FORCE_SHARE: Final = 0.1
-"""Dragged: turned about for so long at such a rate with a little force, but never loaded."""
+DRAG_SHARE: Final = 0.8
+"""Dragged: turned about for so long at such a rate with a little force for such a share of it."""
 FALL_MPS2: Final = 3.0
 FALL_S: Final = 0.2
 """Free fall, 20 cm deep."""
+TOPPLE_RADPS: Final = 2.5
+TOPPLE_S: Final = 1.5
+LYING: Final = 0.85
+"""Toppled over: lies with the vertical so much across the shaft, so soon after turning so fast."""
 AGAIN_S: Final = 10.0
 """An anomaly that goes on is told again after this."""
 DISAGREEING: Final = 4
@@ -34,7 +39,8 @@ class Checks:
     def __init__(self, params: CrutchTipParams, period_s: float) -> None:
         self._params = params
         self._period_s = period_s
-        self._dragged_s = self._fell_s = self._beyond_s = 0.0
+        self._dragged_s = self._fell_s = 0.0
+        self._since_fast_s = TOPPLE_S
         self._disagreeing = 0
         self._quiet_until_ns: dict[str, int] = {}
 
@@ -46,7 +52,8 @@ class Checks:
         p = self._params
         touching = (force > DRAG_FORCE_SHARE * p.force_min_newton) & (force < p.force_min_newton)
         moving = float(norms(values[:, GYRO_D]).mean()) > DRAG_RATE_RADPS
-        self._dragged_s = self._dragged_s + duration_s if touching.all() and moving else 0.0
+        dragged = moving and bool(touching.mean() >= DRAG_SHARE)
+        self._dragged_s = max(0.0, self._dragged_s + (duration_s if dragged else -duration_s))
         falling = bool((values[:, FELT] < FALL_MPS2).all())
         self._fell_s = self._fell_s + duration_s if falling else 0.0
         beyond = bool((np.abs(force) > p.force_full_scale_newton).any())
@@ -55,6 +62,8 @@ class Checks:
             found += self._tell(t_ns, "dragging", "the tip touches the floor but is never loaded")
         if self._fell_s >= FALL_S:
             found += self._tell(t_ns, "device-dropped", "free fall: the crutch was dropped")
+        if self._toppled(values, duration_s):
+            found += self._tell(t_ns, "device-dropped", "the crutch has toppled over and lies")
         if beyond:
             found += self._tell(
                 t_ns, "sensor-saturated", "a force beyond the load cell's range is not believed"
@@ -62,6 +71,12 @@ class Checks:
         if values[:, CLIPPED].any():
             found += self._tell(t_ns, "sensor-clipped", "an axis was at the end of its range")
         return found
+
+    def _toppled(self, values: Floats, duration_s: float) -> bool:
+        fast = bool((norms(values[:, GYRO_D]) > TOPPLE_RADPS).any())
+        self._since_fast_s = 0.0 if fast else self._since_fast_s + duration_s
+        across = float(np.mean(np.sqrt(np.nansum(values[:, UP_D] ** 2, axis=1))))
+        return not fast and self._since_fast_s < TOPPLE_S and across > LYING
 
     def stance(self, t_ns: int, by_gyro_rad: float, by_inclinometer_rad: float) -> list[Event]:
         """Take by how much a stance turned the crutch, as each sensor says."""

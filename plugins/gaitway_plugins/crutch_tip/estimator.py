@@ -111,7 +111,6 @@ class Stretch:
         events = self._flush()
         self._tracker.broken(gap.duration_s)
         self._begin()
-        self._books.broken()
         return events
 
     def finish(self) -> list[Event]:
@@ -180,6 +179,9 @@ class Stretch:
             pitches = Pitches(
                 *self._tracker.pitch(stance.contact), *self._tracker.pitch(stance.lift)
             )
+        if stance.contact == 0:
+            self._books.half_seen(stance, pitches)
+            return events
         return [*events, *self._books.stance(stance, pitches)]
 
     def _compare(self, stance: Stance) -> list[Event]:

@@ -21,8 +21,8 @@ from gaitway_plugins.crutch_tip.force import piecewise_line
 from gaitway_plugins.crutch_tip.params import PAPER_KNOTS_NEWTON, PAPER_KNOTS_VOLT
 
 FRICTION_NEWTON: Final = (8.5, 3.5)
-"""Mean and standard deviation of what the sliding part of the tip keeps back of a rising force and adds to a falling one: with
-it the force is off by 8.8 N RMS, as the paper's is."""
+"""Mean and standard deviation of what the sliding part of the tip keeps back of a rising force
+and adds to a falling one: with it the force is off by 8.8 N RMS, as the paper's is."""
 FULL_FRICTION_NEWTON: Final = 60.0
 """From this force on; below it the sliding part hardly presses on its rails."""
 FORCE_SCALE: Final = 0.015
