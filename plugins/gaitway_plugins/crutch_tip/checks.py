@@ -20,7 +20,9 @@ FALL_S: Final = 0.2
 TOPPLE_RADPS: Final = 2.5
 TOPPLE_S: Final = 1.5
 LYING: Final = 0.85
-"""Toppled over: lies with the vertical so much across the shaft, so soon after turning so fast."""
+LYING_S: Final = 0.5
+"""Toppled over: so soon after turning so fast it lies, the vertical so much across the shaft, for so
+long: in a swing the acceleration looks like lying for a moment."""
 AGAIN_S: Final = 10.0
 """An anomaly that goes on is told again after this."""
 DISAGREEING: Final = 4
@@ -41,6 +43,7 @@ class Checks:
         self._period_s = period_s
         self._dragged_s = self._fell_s = 0.0
         self._since_fast_s = TOPPLE_S
+        self._lying_s = 0.0
         self._disagreeing = 0
         self._quiet_until_ns: dict[str, int] = {}
 
@@ -76,7 +79,8 @@ class Checks:
         fast = bool((norms(values[:, GYRO_D]) > TOPPLE_RADPS).any())
         self._since_fast_s = 0.0 if fast else self._since_fast_s + duration_s
         across = float(np.mean(np.sqrt(np.nansum(values[:, UP_D] ** 2, axis=1))))
-        return not fast and self._since_fast_s < TOPPLE_S and across > LYING
+        self._lying_s = self._lying_s + duration_s if across > LYING and not fast else 0.0
+        return self._since_fast_s < TOPPLE_S and self._lying_s >= LYING_S
 
     def stance(self, t_ns: int, by_gyro_rad: float, by_inclinometer_rad: float) -> list[Event]:
         """Take by how much a stance turned the crutch, as each sensor says."""

@@ -186,7 +186,7 @@ class Stretch:
 
     def _compare(self, stance: Stance) -> list[Event]:
         """Compare how inclinometer and gyroscope saw the stance turn."""
-        edge = round(self._params.stance_edge_s / self._period_s)
+        edge = round(self._params.settle_s / self._period_s)
         middle = self._rows(stance.contact + edge, stance.lift - edge)
         if len(middle) < edge:
             return []

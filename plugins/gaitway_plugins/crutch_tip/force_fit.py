@@ -128,8 +128,7 @@ def _misfit(shares: Floats, order: Floats, volt: Floats, newton: Floats) -> floa
 
 
 def _knots(shares: Floats, order: Floats) -> Floats:
-    knots: Floats = np.quantile(order, [0.0, *shares, 1.0])
-    return knots
+    return np.array([order[0], *np.quantile(order, shares).tolist(), order[-1]])
 
 
 def _heights(knots: Floats, volt: Floats, newton: Floats) -> Floats:

@@ -1,0 +1,104 @@
+"""The parts by themselves: the piecewise line, the contact detector, what a leaning sensor reads."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from gaitway_plugins.crutch_tip.force import ContactDetector, piecewise_line
+from gaitway_plugins.crutch_tip.inclination import expected_lean
+from gaitway_plugins.crutch_tip.params import (
+    PAPER_KNOTS_NEWTON,
+    PAPER_KNOTS_VOLT,
+    CrutchTipParams,
+)
+from gaitway_plugins.crutch_tip.tilt import turned_back
+
+rising = st.lists(st.floats(0.01, 5.0), min_size=2, max_size=6).map(np.cumsum)
+
+
+@given(steps=st.lists(st.tuples(st.floats(0.01, 5.0), st.floats(0.01, 500.0)), min_size=2))
+def test_a_piecewise_line_goes_through_its_knots_and_back(steps):
+    x, y = np.cumsum(steps, axis=0).T
+    np.testing.assert_allclose(piecewise_line(x, x, y), y, rtol=1e-9)
+    at = np.linspace(x[0] - 1.0, x[-1] + 1.0, 40)
+    there = piecewise_line(at, x, y)
+    assert (np.diff(there) > 0.0).all()
+    np.testing.assert_allclose(piecewise_line(there, y, x), at, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("volt", "slope", "offset"),
+    [(0.3, 149.102, 17.7974), (0.7, 325.658, -69.3642), (1.5, 257.714, -10.2081)],
+)
+def test_the_paper_s_three_lines_are_the_default(volt, slope, offset):
+    newton = piecewise_line(
+        np.array([volt]), np.array(PAPER_KNOTS_VOLT), np.array(PAPER_KNOTS_NEWTON)
+    )
+    assert newton[0] == pytest.approx(slope * volt + offset, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "knots", [{"force_knots_volt": (0.0, 1.0)}, {"force_knots_newton": (0.0, 1.0, 1.0, 2.0)}]
+)
+def test_knots_that_make_no_line_are_refused(knots):
+    with pytest.raises(ValidationError, match="knots"):
+        CrutchTipParams(**knots)
+
+
+forces = st.lists(st.sampled_from([0.0, 21.0, 24.0, 26.0, 100.0]), min_size=1, max_size=120)
+
+
+@given(forces=forces, hold=st.integers(1, 6), cuts=st.lists(st.integers(0, 120), max_size=4))
+@settings(max_examples=200)
+def test_edges_alternate_last_and_do_not_depend_on_how_forces_come(forces, hold, cuts):
+    whole = ContactDetector(25.2, hold)
+    edges = whole.extend(np.array(forces))
+    assert [edge.loaded for edge in edges] == [number % 2 == 0 for number in range(len(edges))]
+    samples = [edge.sample for edge in edges]
+    assert samples == sorted(samples)
+    for edge in edges:
+        assert (forces[edge.sample] >= 25.2) == edge.loaded
+    parted = ContactDetector(25.2, hold)
+    bounds = [0, *sorted(cut for cut in cuts if cut < len(forces)), len(forces)]
+    told = [
+        edge
+        for start, stop in zip(bounds, bounds[1:], strict=False)
+        for edge in parted.extend(np.array(forces[start:stop]))
+    ]
+    assert told == edges
+
+
+def test_a_bounce_is_no_contact():
+    detector = ContactDetector(25.2, 6)
+    assert detector.extend(np.array([0.0] * 10 + [80.0] * 5 + [0.0] * 10)) == []
+
+
+def test_a_planted_sensor_feels_its_own_turning():
+    """Against the second derivative of the way of a point on a pendulum."""
+    dt, height_m = 1e-3, 0.2
+    t_s = np.arange(0.0, 1.0, dt)
+    theta = 0.4 * np.sin(3.0 * t_s)
+    x, z = height_m * np.sin(theta), height_m * np.cos(theta)
+    ax, az = (np.gradient(np.gradient(way, dt), dt) for way in (x, z))
+    felt = ax * np.cos(theta) - (az + 9.80665) * np.sin(theta)
+    q = np.column_stack([np.cos(theta / 2), 0 * theta, np.sin(theta / 2), 0 * theta])
+    gyro = np.column_stack([0 * theta, np.gradient(theta, dt), 0 * theta])
+    lean = expected_lean(q, gyro, dt, np.zeros((len(t_s), 2)), height_m)
+    np.testing.assert_allclose(lean[5:-5, 0], felt[5:-5] / 9.80665, atol=1e-4)
+
+
+def test_a_late_sensor_tells_of_before():
+    dt, late_s = 1e-3, 0.01
+    theta = 0.5 * np.arange(0.0, 1.0, dt)
+    q = np.column_stack([np.cos(theta / 2), 0 * theta, np.sin(theta / 2), 0 * theta])
+    gyro = np.tile([0.0, 0.5, 0.0], (len(theta), 1))
+    lean = expected_lean(q, gyro, dt, np.full((len(theta), 2), late_s), 0.0)
+    np.testing.assert_allclose(lean[:, 0], -np.sin(theta - 0.5 * late_s), atol=1e-4)
+
+
+def test_turning_back_undoes_half_a_sample():
+    q = np.array([[1.0, 0.0, 0.0, 0.0]])
+    back = turned_back(q, np.array([[0.0, 0.02, 0.0]]))
+    np.testing.assert_allclose(back, [[np.cos(0.01), 0.0, -np.sin(0.01), 0.0]], atol=1e-6)
