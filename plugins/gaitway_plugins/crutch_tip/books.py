@@ -63,7 +63,7 @@ class Books:
         return self.close()
 
     def half_seen(self, stance: Stance, pitches: Pitches | None) -> None:
-        """Take a stance whose contact was missed: not told, yet the next step begins at its lift."""
+        """Take a stance whose contact was missed: not told, but the next step begins there."""
         self._before = (stance, pitches)
 
     def close(self) -> list[Event]:

@@ -21,8 +21,8 @@ TOPPLE_RADPS: Final = 2.5
 TOPPLE_S: Final = 1.5
 LYING: Final = 0.85
 LYING_S: Final = 0.5
-"""Toppled over: so soon after turning so fast it lies, the vertical so much across the shaft, for so
-long: in a swing the acceleration looks like lying for a moment."""
+"""Toppled over: so soon after turning so fast it lies, the vertical so much across the shaft, for
+so long: in a swing the acceleration looks like lying for a moment."""
 AGAIN_S: Final = 10.0
 """An anomaly that goes on is told again after this."""
 DISAGREEING: Final = 4

@@ -134,8 +134,7 @@ def _knots(shares: Floats, order: Floats) -> Floats:
 def _heights(knots: Floats, volt: Floats, newton: Floats) -> Floats:
     """Return the newtons at knots that fit best: hat functions, least squares."""
     hats = [np.interp(volt, knots, row) for row in np.eye(len(knots))]
-    heights: Floats = np.linalg.lstsq(np.array(hats).T, newton, rcond=None)[0]
-    return heights
+    return np.array(np.linalg.lstsq(np.array(hats).T, newton, rcond=None)[0].tolist())
 
 
 def _readings(parts: Sequence[CalibrationPart]) -> tuple[Floats, Floats]:

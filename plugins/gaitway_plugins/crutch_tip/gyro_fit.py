@@ -1,5 +1,6 @@
 """Gain of the gyroscope's pitch axis, by turns of a known angle."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
@@ -14,7 +15,6 @@ from gaitway.api import (
     Gap,
     SampleBatch,
 )
-from gaitway.estimation import norms
 
 STILL_S: Final = 0.5
 STILL_RADPS: Final = 0.02
@@ -101,8 +101,8 @@ def _turn(part: CalibrationPart) -> Turn:
     share = (np.arange(n) / n)[:, np.newaxis]
     bias = (1.0 - share) * ends[0].mean(axis=0) + share * ends[1].mean(axis=0)
     angles_deg: Floats = np.degrees(np.cumsum(rates - bias, axis=0) * period_s)
-    about_y = abs(float(angles_deg[-1, 1]))
-    if about_y < 1.0 or float(norms(angles_deg[-1:, [0, 2]])[0]) > ASTRAY * about_y:
+    x, y, z = angles_deg[-1].tolist()
+    if abs(y) < 1.0 or math.hypot(x, z) > ASTRAY * abs(y):
         raise CalibrationError(
             "that was no turn about the axis to the right: tip the crutch forward or backward only"
         )

@@ -91,7 +91,7 @@ def without():
 
 @pytest.fixture(scope="session")
 def made():
-    """Return a function that makes samples of channels, the rest as of a crutch standing upright."""
+    """Return a function that makes samples of channels, the others as of an upright crutch."""
 
     def make(duration_s, rate_hz=100.0, **channels):
         n = round(duration_s * rate_hz)

@@ -1,4 +1,6 @@
-"""The parts by themselves: the piecewise line, the contact detector, what a leaning sensor reads."""
+"""The parts by themselves: piecewise line, contact detector, what a leaning sensor reads."""
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,8 +16,6 @@ from gaitway_plugins.crutch_tip.params import (
     CrutchTipParams,
 )
 from gaitway_plugins.crutch_tip.tilt import turned_back
-
-rising = st.lists(st.floats(0.01, 5.0), min_size=2, max_size=6).map(np.cumsum)
 
 
 @given(steps=st.lists(st.tuples(st.floats(0.01, 5.0), st.floats(0.01, 500.0)), min_size=2))
@@ -64,7 +64,7 @@ def test_edges_alternate_last_and_do_not_depend_on_how_forces_come(forces, hold,
     bounds = [0, *sorted(cut for cut in cuts if cut < len(forces)), len(forces)]
     told = [
         edge
-        for start, stop in zip(bounds, bounds[1:], strict=False)
+        for start, stop in pairwise(bounds)
         for edge in parted.extend(np.array(forces[start:stop]))
     ]
     assert told == edges

