@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitway.api import Floats
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
+from gaitway_plugins.crutch_tip.stances import kept_samples
 from gaitway_plugins.crutch_tip.stream import GYRO_D, UP_D, Rows
 from gaitway_plugins.crutch_tip.tracker import Settled
 
@@ -33,7 +34,7 @@ class PublishedTracker:
 
     def __init__(self, params: CrutchTipParams, period_s: float) -> None:
         self._period_s = period_s
-        self._keep = round(params.window_s / period_s)
+        self._keep = kept_samples(params, period_s)
         self._edge = round(params.stance_edge_s / period_s)
         self._begin()
 

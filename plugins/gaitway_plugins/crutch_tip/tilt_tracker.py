@@ -9,6 +9,7 @@ from gaitway.api import Floats
 from gaitway.estimation import rotation
 from gaitway_plugins.crutch_tip.inclination import expected_lean
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
+from gaitway_plugins.crutch_tip.stances import kept_samples
 from gaitway_plugins.crutch_tip.stream import COLUMNS, DELAY_S, GYRO_D, UP_D, Rows
 from gaitway_plugins.crutch_tip.tilt import Tilt, pitch_rad, turned
 from gaitway_plugins.crutch_tip.tracker import Settled
@@ -43,7 +44,7 @@ class TiltTracker:
         self._params = params
         self._period_s = period_s
         self._tilt = Tilt(params, period_s)
-        self._keep = round(params.window_s / period_s)
+        self._keep = kept_samples(params, period_s)
         self._edge = round(params.settle_s / period_s)
         self._window = max(2, round(params.inclination_window_s / period_s))
         self._least = max(1, round(MIN_WINDOW_S / period_s))

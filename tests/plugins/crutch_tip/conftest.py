@@ -42,14 +42,15 @@ def walk():
 
     @cache
     def kept(conditions, plan):
-        return simulate(WalkPlan(10.0, rest_s=1.5, conditions=dict(conditions), **dict(plan)))
+        return simulate(WalkPlan(10.0, conditions=dict(conditions), **dict(plan)))
 
-    def make(seed=3, turn_back=True, rate_hz=100.0, ideal_sensor=False, **conditions):
+    def make(seed=3, turn_back=True, rate_hz=100.0, ideal_sensor=False, rest_s=1.5, **conditions):
         plan = {
             "seed": seed,
             "turn_back": turn_back,
             "rate_hz": rate_hz,
             "ideal_sensor": ideal_sensor,
+            "rest_s": rest_s,
         }
         return kept(tuple(sorted(conditions.items())), tuple(plan.items()))
 

@@ -6,6 +6,8 @@ import pytest
 from gaitway.api import Bout
 from gaitway_plugins.crutch_tip.summary import summarise
 
+START_NS = 5_000_000_000_000
+
 
 def test_every_load_is_told_with_its_force(walk, batch_of, run):
     simulated = walk(peak_force_newton=250.0)
@@ -48,8 +50,21 @@ def test_a_bout_is_as_long_as_the_walk(walk, batch_of, run):
     start, end = [e for e in run(batch_of(simulated)).events if isinstance(e, Bout)]
     assert (start.phase, end.phase) == ("start", "end")
     assert end.strides == len(simulated.stride_length_m)
-    walked_s = simulated.truth["lift_s"][-1] - 0.2
+    walked_s = simulated.truth["lift_s"][-1] - simulated.stride_start_s[0]
     assert end.duration_s == pytest.approx(walked_s, abs=0.1)
+
+
+def test_the_last_step_counts_though_it_is_stood_on_for_long_and_the_bout_ends_meanwhile(
+    walk, batch_of, run
+):
+    simulated = walk(turn_back=False, rest_s=8.0)
+    told = run(batch_of(simulated))
+    assert told.steps == len(simulated.stride_length_m)
+    end = next(e for e in told.events if isinstance(e, Bout) and e.phase == "end")
+    assert (end.t_ns - START_NS) / 1e9 == pytest.approx(simulated.truth["contact_s"][-1], abs=0.05)
+    last = told.loads[-1]
+    true_deg = np.degrees(simulated.truth["contact_pitch_rad"][-1])
+    assert np.degrees(last.contact_pitch_rad) == pytest.approx(true_deg, abs=1.5)
 
 
 def test_leaning_on_a_standing_crutch_is_a_load_but_no_step(made, run):
