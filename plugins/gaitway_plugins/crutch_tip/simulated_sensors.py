@@ -20,7 +20,7 @@ from gaitway.simulation import GRAVITY_MPS2, ImuPlace, RigidMotion, ideal_imu, s
 from gaitway_plugins.crutch_tip.force import piecewise_line
 from gaitway_plugins.crutch_tip.params import PAPER_KNOTS_NEWTON, PAPER_KNOTS_VOLT
 
-FRICTION_NEWTON: Final = (8.5, 3.5)
+FRICTION_NEWTON: Final = (8.0, 3.0)
 """Mean and standard deviation of what the sliding part of the tip keeps back of a rising force
 and adds to a falling one: with it the force is off by 8.8 N RMS, as the paper's is."""
 FULL_FRICTION_NEWTON: Final = 60.0
