@@ -75,7 +75,7 @@ class CrutchTipParams(Params):
     """Default method: what is dropped at both ends of a stance, in the place of stance_edge_s."""
     inclination_sigma_rad: float = Field(0.004, gt=0.0)
     """Standard deviation of a mean inclination that is another in each stance."""
-    inclination_offset_sigma_rad: float = Field(0.005, gt=0.0)
+    inclination_offset_sigma_rad: float = Field(0.0047, gt=0.0)
     """And of what stays the same: mounting, zero of the inclinometer."""
     inclination_window_s: float = Field(0.4, gt=0.0)
     """The inclinometer is taken in as means over this, within a stance."""
@@ -95,7 +95,7 @@ class CrutchTipParams(Params):
     """Greatest mean angular rate at rest: beyond a bias it is a slow turn."""
     max_bridge_s: float = Field(0.1, ge=0.0)
     """Longest gap that is bridged; a longer one costs the stance it is in."""
-    stride_time_sigma_s: float = Field(0.008, gt=0.0)
+    stride_time_sigma_s: float = Field(0.0065, gt=0.0)
     """Standard deviation of one contact time."""
 
     @model_validator(mode="after")
