@@ -100,10 +100,10 @@ class Tilt:
             sigma_rad: Standard deviation of the mean.
         """
         before = self._kf.q_nd
-        measurement = self._measurement(q_nd, more_d, age_s, sigma_rad)
+        measurement = self.measurement(q_nd, more_d, age_s, sigma_rad)
         if self._kf.innovation(measurement).nis > _NIS_MAX * len(measurement.z):
             self._kf.set_block(ATT, np.diag([_LOST_RADPS**2, _LOST_RADPS**2, 0.0]))
-            measurement = self._measurement(q_nd, more_d, age_s, sigma_rad)
+            measurement = self.measurement(q_nd, more_d, age_s, sigma_rad)
         self._kf.correct(measurement)
         return np.array(rotation.multiply(self._kf.q_nd, rotation.conjugate(before)))
 
@@ -115,9 +115,10 @@ class Tilt:
         axis /= max(float(np.linalg.norm(axis)), 1e-9)
         return float(np.sqrt(max(0.0, axis @ self._kf.covariance[ATT, ATT] @ axis)))
 
-    def _measurement(
+    def measurement(
         self, q_nd: Floats, more_d: Floats, age_s: float, sigma_rad: float
     ) -> Measurement:
+        """Return what ``correct`` takes in, of its arguments."""
         C_dn = rotation.to_matrix(q_nd.tolist()).T
         # up_d = C_dn z; with C_nd = exp([theta x]) C_nd_hat its error is C_dn [z x] theta.
         of_attitude = C_dn @ rotation.skew((0.0, 0.0, 1.0))

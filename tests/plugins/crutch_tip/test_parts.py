@@ -8,14 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from gaitway.estimation import ATT, GYRO_BIAS, rotation
 from gaitway_plugins.crutch_tip.force import ContactDetector, piecewise_line
-from gaitway_plugins.crutch_tip.inclination import expected_lean
+from gaitway_plugins.crutch_tip.inclination import expected_lean, vertical_d
 from gaitway_plugins.crutch_tip.params import (
     PAPER_KNOTS_NEWTON,
     PAPER_KNOTS_VOLT,
     CrutchTipParams,
 )
-from gaitway_plugins.crutch_tip.tilt import turned_back
+from gaitway_plugins.crutch_tip.tilt import Tilt, turned_back
 
 
 @given(steps=st.lists(st.tuples(st.floats(0.01, 5.0), st.floats(0.01, 500.0)), min_size=2))
@@ -102,3 +103,30 @@ def test_turning_back_undoes_half_a_sample():
     q = np.array([[1.0, 0.0, 0.0, 0.0]])
     back = turned_back(q, np.array([[0.0, 0.02, 0.0]]))
     np.testing.assert_allclose(back, [[np.cos(0.01), 0.0, -np.sin(0.01), 0.0]], atol=1e-6)
+
+
+def test_the_inclination_s_jacobian_is_that_of_differences():
+    """Errors of attitude and gyroscope bias now, against the vertical some time ago.
+
+    The bias' column takes the attitude as it was then, hence its tolerance.
+    """
+    period_s, rate, age = 0.01, np.array([0.3, -0.8, 0.5]), 25
+    tilt = Tilt(CrutchTipParams(imu_sample="interval"), period_s)
+    tilt.begin(np.array([0.2, -0.1]))
+    path = tilt.move(np.tile(rate, (50, 1)))
+    middle, now = path[-1 - age], path[-1].tolist()
+    H = tilt.measurement(middle, np.zeros(2), age * period_s, 1.0).H
+
+    def before(turn_n, bias_d):
+        """Return the vertical's lean then, if attitude now and bias are wrong by so much."""
+        true = rotation.multiply(rotation.from_rotation_vector(turn_n), now)
+        back = rotation.from_rotation_vector((-(rate - bias_d) * age * period_s).tolist())
+        return vertical_d(np.array([rotation.multiply(true, back)]))[0, :2]
+
+    step = 1e-5
+    for column in range(3):
+        error = step * np.eye(3)[column]
+        by_turn = (before(error.tolist(), 0.0) - before((-error).tolist(), 0.0)) / (2.0 * step)
+        by_bias = (before([0.0] * 3, error) - before([0.0] * 3, -error)) / (2.0 * step)
+        np.testing.assert_allclose(H[:, ATT][:, column], by_turn, atol=1e-4)
+        np.testing.assert_allclose(H[:, GYRO_BIAS][:, column], by_bias, atol=0.1 * age * period_s)
