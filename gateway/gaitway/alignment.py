@@ -1,12 +1,13 @@
 """From device time to host time: where the ``SampleBatch`` of a live device is made."""
 
 import itertools
-from collections.abc import Mapping
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 import numpy as np
 
-from gaitway.samples import DeviceBatch, EstimatorInput, Fault, Gap, GapReason, Ints, SampleBatch
+from gaitway.samples import DeviceBatch, EstimatorInput, Fault, Floats, Gap, GapReason, SampleBatch
 from gaitway.timebase import NS_PER_S, DeviceClock
 
 EARLIEST_NS: Final = -NS_PER_S // 2
@@ -68,34 +69,32 @@ class Aligner:
     def align(self, batch: DeviceBatch) -> list[EstimatorInput | Fault]:
         """Return the samples in host time, the gaps between them, and what had to be dropped."""
         items: list[EstimatorInput | Fault] = []
-        device_ns = batch.device_ns
-        restarted = batch.restarted
-        if self._link_was_down and not self._continues(batch):
-            restarted = True
-        if self._went_back(batch):
-            restarted = True
+        device_ns = batch.device_ns.tolist()
+        if not device_ns:
+            return items
+        restarted = batch.restarted or self._began_anew(batch.arrival_ns, device_ns[0])
         first = 0
         if self._last_device_ns is not None and not restarted:
-            first = int(np.searchsorted(device_ns, self._last_device_ns, side="right"))
+            first = bisect_right(device_ns, self._last_device_ns)
             if first:
                 items.append(Fault(batch.arrival_ns, "time-reversed", first))
-        period_ns = batch.period_s * NS_PER_S
-        for start, stop in _runs(device_ns, first, period_ns):
-            self._append_run(items, batch, start, stop, restarted=restarted and start == first)
+        for start, stop in _runs(device_ns, first, batch.period_s * NS_PER_S):
+            at_ns = device_ns[start:stop]
+            channels = batch.channels
+            if len(at_ns) < len(device_ns):
+                channels = {name: rows[start:stop] for name, rows in channels.items()}
+            self._append_run(items, batch, at_ns, channels, restarted=restarted and start == first)
         return items
 
-    def _continues(self, batch: DeviceBatch) -> bool:
-        """Tell whether the device's clock went on while the link was down."""
-        if self._last_device_ns is None or len(batch) == 0:
-            return True
-        first_ns = int(batch.device_ns[0])
-        return first_ns > self._last_device_ns and self._is_plausible(batch.arrival_ns, first_ns)
-
-    def _went_back(self, batch: DeviceBatch) -> bool:
-        """Tell whether the device's clock jumped back too far for a message out of order."""
-        if self._last_device_ns is None or len(batch) == 0:
+    def _began_anew(self, arrival_ns: int, first_ns: int) -> bool:
+        """Tell whether the device's clock began anew, though the batch doesn't say so."""
+        if self._last_device_ns is None:
             return False
-        return int(batch.device_ns[0]) < self._last_device_ns - OUT_OF_ORDER_NS
+        if first_ns < self._last_device_ns - OUT_OF_ORDER_NS:
+            return True
+        return self._link_was_down and not (
+            first_ns > self._last_device_ns and self._is_plausible(arrival_ns, first_ns)
+        )
 
     def _is_plausible(self, arrival_ns: int, device_ns: int) -> bool:
         return EARLIEST_NS < arrival_ns - self._clock.to_host_ns(device_ns) < LATEST_NS
@@ -104,13 +103,13 @@ class Aligner:
         self,
         items: list[EstimatorInput | Fault],
         batch: DeviceBatch,
-        start: int,
-        stop: int,
+        device_ns: list[int],
+        channels: Mapping[str, Floats],
         *,
         restarted: bool,
     ) -> None:
         period_ns = batch.period_s * NS_PER_S
-        first_ns, last_ns = int(batch.device_ns[start]), int(batch.device_ns[stop - 1])
+        first_ns, last_ns = device_ns[0], device_ns[-1]
         n_missing = 0
         reason: GapReason = "link-down" if self._link_was_down else "lost"
         if self._last_device_ns is not None and not restarted:
@@ -129,34 +128,31 @@ class Aligner:
             assert self._last_t_ns is not None
             items.append(Gap(self._last_t_ns + round(period_ns), n_missing, reason))
             self._sequence += n_missing
-        t_ns = self._stamp(batch.device_ns[start:stop])
-        items.append(
-            SampleBatch(
-                t_ns=t_ns,
-                period_s=batch.period_s,
-                sequence=self._sequence,
-                channels={name: rows[start:stop] for name, rows in batch.channels.items()},
-            )
-        )
-        self._sequence += stop - start
-        self._last_device_ns, self._last_t_ns = last_ns, int(t_ns[-1])
+        stamps = self._stamp(device_ns)
+        t_ns = np.array(stamps, np.int64)
+        t_ns.setflags(write=False)
+        items.append(SampleBatch(t_ns, batch.period_s, self._sequence, channels))
+        self._sequence += len(device_ns)
+        self._last_device_ns, self._last_t_ns = last_ns, stamps[-1]
         self._link_was_down = False
 
-    def _stamp(self, device_ns: Ints) -> Ints:
+    def _stamp(self, device_ns: list[int]) -> list[int]:
         floor_ns = -1 if self._last_t_ns is None else self._last_t_ns
         stamps: list[int] = []
-        for at_ns in device_ns.tolist():
-            floor_ns = max(self._clock.to_host_ns(at_ns), floor_ns + 1)
+        for host_ns in self._clock.to_host_all_ns(device_ns):
+            floor_ns = host_ns if host_ns > floor_ns else floor_ns + 1
             stamps.append(floor_ns)
-        t_ns = np.array(stamps, dtype=np.int64)
-        t_ns.setflags(write=False)
-        return t_ns
+        return stamps
 
 
-def _runs(device_ns: Ints, first: int, period_ns: float) -> list[tuple[int, int]]:
+def _runs(device_ns: list[int], first: int, period_ns: float) -> Iterable[tuple[int, int]]:
     """Return (start, stop) of each stretch without a hole, from row ``first`` on."""
     if first >= len(device_ns):
-        return []
-    holes = np.flatnonzero(np.diff(device_ns[first:]) > 1.5 * period_ns) + 1 + first
-    edges = [first, *holes.tolist(), len(device_ns)]
-    return list(itertools.pairwise(edges))
+        return ()
+    longest_ns = 1.5 * period_ns
+    holes = [
+        row
+        for row, (before_ns, at_ns) in enumerate(itertools.pairwise(device_ns), start=1)
+        if at_ns - before_ns > longest_ns and row > first
+    ]
+    return itertools.pairwise([first, *holes, len(device_ns)])

@@ -64,6 +64,7 @@ from gaitway.samples import (
     Ints,
     SampleBatch,
     frozen_rows,
+    missing_channels,
 )
 from gaitway.timebase import NS_PER_S, Clock
 
@@ -127,4 +128,5 @@ __all__ = [
     "frozen_rows",
     "hookimpl",
     "map_exceptions",
+    "missing_channels",
 ]

@@ -8,6 +8,7 @@ names, forward, left and up: ``x = [0.985, 0.0, 0.174]`` points forward and 10 d
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import combinations
 from typing import Any, Final
 
@@ -119,9 +120,9 @@ def mount(batch: SampleBatch, C_db: Floats) -> SampleBatch:
         C_db: Rotation from IMU to device components, shape (3, 3).
     """
     channels = dict(batch.channels)
-    for channel in (ACCEL, GYRO):
-        if channel.name in channels:
-            channels[channel.name] = _read_only(channels[channel.name] @ C_db.T)
+    for name in (ACCEL.name, GYRO.name):
+        if name in channels:
+            channels[name] = _read_only(channels[name].dot(C_db.T))
     if ATTITUDE.name in channels:
         channels[ATTITUDE.name] = _read_only(_turned(channels[ATTITUDE.name], C_db))
     return SampleBatch(batch.t_ns, batch.period_s, batch.sequence, channels)
@@ -129,7 +130,17 @@ def mount(batch: SampleBatch, C_db: Floats) -> SampleBatch:
 
 def _turned(q_nb: Floats, C_db: Floats) -> Floats:
     """Return q_nd, shape (n, 4), from q_nb: the attitude of the device instead of the IMU."""
-    C_bd = C_db.T
+    q_nd: Floats = q_nb.dot(_right_product(C_db.tobytes()))
+    (flipped,) = (q_nd[:, 0] < 0.0).nonzero()
+    if len(flipped):
+        q_nd[flipped] *= -1.0
+    return q_nd
+
+
+@lru_cache(maxsize=32)
+def _right_product(C_db_bytes: bytes) -> Floats:
+    """Return what makes rows of q_nd of rows of q_nb, shape (4, 4), from the bytes of C_db."""
+    C_bd = np.frombuffer(C_db_bytes).reshape(3, 3).T
     # The trace of a rotation by half a turn is -1; the largest component is never small.
     squares = np.array(
         [
@@ -150,14 +161,10 @@ def _turned(q_nb: Floats, C_db: Floats) -> Floats:
     outer = products + products.T + np.diag(squares)  # 4 q q^T
     largest = int(np.argmax(squares))
     w, x, y, z = outer[largest] / np.linalg.norm(outer[largest])
-    right = np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])
-    q_nd = q_nb @ right.T
-    signs = np.where(q_nd[:, :1] < 0, -1.0, 1.0)
-    return np.asarray(q_nd * signs, dtype=np.float64)
+    return np.array([[w, x, y, z], [-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
 
 
 def _read_only(rows: Floats) -> Floats:
-    rows = np.ascontiguousarray(rows)
     rows.setflags(write=False)
     return rows
 

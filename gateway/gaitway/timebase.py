@@ -6,7 +6,7 @@ setting the date, or by a Pi without a battery-backed clock learning the time an
 
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Protocol
@@ -167,10 +167,18 @@ class DeviceClock:
 
     def to_host_ns(self, device_ns: int) -> int:
         """Return the host time of a device time."""
-        since_ns = device_ns - self._base_device_ns
-        slewing_ns = min(since_ns, SLEW_TIME_S * NS_PER_S)
-        correction_ns = round(self._drift * since_ns + self._slew * slewing_ns)
-        return device_ns + self._base_offset_ns + correction_ns
+        return self.to_host_all_ns((device_ns,))[0]
+
+    def to_host_all_ns(self, device_ns: Iterable[int]) -> list[int]:
+        """Return the host time of each of many device times."""
+        base_ns, offset_ns = self._base_device_ns, self._base_offset_ns
+        drift, slew, slewing_ns = self._drift, self._slew, SLEW_TIME_S * NS_PER_S
+        host_ns: list[int] = []
+        for at_ns in device_ns:
+            since_ns = at_ns - base_ns
+            correction_ns = round(drift * since_ns + slew * min(since_ns, slewing_ns))
+            host_ns.append(at_ns + offset_ns + correction_ns)
+        return host_ns
 
     def _aim(self, device_ns: int) -> None:
         """Set the slew that brings the offset in use to the one found within SLEW_TIME_S."""

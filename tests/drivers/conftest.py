@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,15 @@ import pytest
 from gaitway.api import Chunk, CodecItem, DeviceBatch, Fault
 from gaitway_drivers.codecs.xbus.codec import XbusCodec
 from gaitway_drivers.codecs.xbus.messages import Mid, encode_message
-from gaitway_drivers.codecs.xbus.mtdata2 import encode_item, encode_reals
+from gaitway_drivers.codecs.xbus.mtdata2 import (
+    QUANTITIES,
+    Item,
+    Layout,
+    decode_reals,
+    encode_item,
+    encode_reals,
+    quantity_id,
+)
 from gaitway_drivers.params import XbusParams
 
 Decode = Callable[..., list[CodecItem]]
@@ -80,3 +89,15 @@ def measurement() -> Callable[..., bytes]:
         return encode_message(Mid.MTDATA2, data + rest)
 
     return write
+
+
+@pytest.fixture(scope="session")
+def item_value() -> Callable[[Layout, Item, bytes], Any]:
+    """Decode one item of a payload: reals as an array, anything else as it is."""
+
+    def read(layout: Layout, item: Item, payload: bytes) -> Any:
+        sent = np.frombuffer(payload, layout.record())[item.name]
+        quantity = QUANTITIES.get(quantity_id(item.data_id))
+        return decode_reals(item.data_id, sent)[0] if quantity and quantity.reals else sent[0]
+
+    return read

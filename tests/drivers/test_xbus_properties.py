@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from gaitway.api import ACCEL, ATTITUDE, CLIP, GYRO, Chunk, DeviceBatch
 from gaitway_drivers.codecs.xbus.codec import XbusCodec
+from gaitway_drivers.codecs.xbus.framer import Framer
 from gaitway_drivers.codecs.xbus.messages import Mid, encode_message
 from gaitway_drivers.codecs.xbus.mtdata2 import (
     MAX_LAYOUTS,
-    REAL_BYTES,
-    Item,
+    REALS,
     LayoutCache,
     decode_reals,
     encode_item,
@@ -137,8 +137,9 @@ def test_layouts_are_remembered_in_bounded_number():
     cache = LayoutCache()
     for length in range(3, 200):
         payload = encode_item(0x9990, bytes(length))
-        ((layout, alike),) = cache.split(np.frombuffer(payload, np.uint8)[np.newaxis])
-        assert (len(layout.items), len(alike)) == (1, 1)
+        (run,) = Framer().feed(0, encode_message(Mid.MTDATA2, payload))
+        ((layout, alike),) = cache.split(run)
+        assert (len(layout.items), alike.messages) == (1, 1)
     assert len(cache._layouts) <= MAX_LAYOUTS
 
 
@@ -178,9 +179,8 @@ def test_hostile_streams_do_not_grow_memory():
 def test_numbers_survive_the_wire_within_their_resolution(number_format, values):
     data_id = 0x4020 | number_format
     wire = encode_reals(data_id, np.array(values))
-    item = Item(data_id, 3, len(wire))
-    assert len(wire) == 3 + REAL_BYTES[number_format] * len(values)
-    back = decode_reals(item, np.frombuffer(wire, np.uint8)[np.newaxis])[0]
+    assert len(wire) == 3 + REALS[number_format].itemsize * len(values)
+    back = decode_reals(data_id, np.frombuffer(wire, REALS[number_format], offset=3))
     scale = 2048.0 if number_format == 0 else 1.0
     np.testing.assert_allclose(back, values, rtol=0, atol=RESOLUTIONS[number_format] * scale)
 

@@ -19,6 +19,8 @@ takes a sample at a time, costs the same for every sample, and says how much lat
     gives an estimator ``save`` and ``restore``;
 ``StrideInterpolation``
     tells what strides missing samples hid in mid-walk;
+``WalkingTest``
+    says whether a cane is walked with;
 ``WalkLedger``
     keeps the books: strides in; stride, distance and bout events out.
 
@@ -51,6 +53,11 @@ from gaitway.estimation.rest import Rest, RestDetector, align_at_rest, level_at_
 from gaitway.estimation.saving import Saveable
 from gaitway.estimation.stance import StanceDetector, norms
 from gaitway.estimation.states import ACCEL_BIAS, ATT, GYRO_BIAS, POS, VEL
+from gaitway.estimation.walking import (
+    WalkingTest,
+    tilt_from_gravity_rad,
+    tilts_from_gravity_rad,
+)
 from gaitway.estimation.windows import CentredHold, CentredMean, half_window
 
 __all__ = [
@@ -80,6 +87,7 @@ __all__ = [
     "StanceDetector",
     "StrideInterpolation",
     "WalkLedger",
+    "WalkingTest",
     "align_at_rest",
     "gravity",
     "half_window",
@@ -88,6 +96,8 @@ __all__ = [
     "norms",
     "pivot_velocity",
     "rotation",
+    "tilt_from_gravity_rad",
+    "tilts_from_gravity_rad",
     "zero_rate",
     "zero_velocity",
 ]

@@ -1,4 +1,4 @@
-"""Strides that missing samples hid in mid-walk: how many there were, and how long, by the others."""
+"""Strides that missing samples hid in mid-walk: how many and how long, by those beside them."""
 
 from collections import deque
 from statistics import fmean, pstdev

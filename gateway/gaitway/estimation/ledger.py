@@ -6,10 +6,13 @@ Every device keeps the same books, so that ``distance_m`` means the same for a c
 import math
 from typing import Final
 
-from gaitway.events import Bout, Distance, Event, Stride
+from gaitway.events import Anomaly, Bout, Distance, Event, Stride
 from gaitway.timebase import NS_PER_S
 
 SECONDS_PER_MINUTE: Final = 60.0
+UNTRUSTED_M: Final = 2.0
+UNTRUSTED_SHARE: Final = 0.5
+"""A distance with a larger standard deviation, in metres and as a share, is of no use."""
 
 
 class WalkLedger:
@@ -22,7 +25,8 @@ class WalkLedger:
 
     Args:
         max_pause_s: A longer pause between strides ends the bout.
-        shared_sigma: Relative standard deviation common to all strides.
+        shared_sigma: Relative standard deviation common to all strides, unless a stride has its
+            own.
         stride_time_sigma_s: Standard deviation of one contact time.
         unseen_speed_mps: Plausible speed during time that gave no measure.
     """
@@ -41,16 +45,20 @@ class WalkLedger:
         self._unseen_speed_mps = unseen_speed_mps
         self._since_t_ns: int | None = None
         self._distance_m = 0.0
+        self._shared_m = 0.0
         self._own_variance_m2 = 0.0
         self._unseen_variance_m2 = 0.0
         self._strides = 0
         self._walking_ns = 0
         self._unmeasured_s = 0.0
+        self._stretch_s = 0.0
+        self._untrusted = False
         self._bout_start_ns: int | None = None
         self._bout_end_ns = 0
         self._bout_strides = 0
         self._bout_distance_m = 0.0
         self._bout_variance_m2 = 0.0
+        self._bout_shared_m = 0.0
 
     @property
     def in_bout(self) -> bool:
@@ -76,6 +84,7 @@ class WalkLedger:
         *,
         stance_duration_s: float | None = None,
         swing_duration_s: float | None = None,
+        shared_sigma: float | None = None,
         interpolated: bool = False,
     ) -> list[Event]:
         """Count a stride; return what it makes known, in the order of time.
@@ -87,6 +96,7 @@ class WalkLedger:
             stride_length_sigma_m: Standard deviation of its length, without what all strides share.
             stance_duration_s: Time on the ground within the cycle.
             swing_duration_s: Time in the air within the cycle.
+            shared_sigma: Relative standard deviation that this length shares with all others.
             interpolated: It was not measured.
         """
         self.begin(start_t_ns)
@@ -94,6 +104,9 @@ class WalkLedger:
         if self._bout_start_ns is None:
             self._open_bout(start_t_ns)
             events.append(Bout(t_ns=start_t_ns, phase="start", start_t_ns=start_t_ns))
+        shared_m = stride_length_m * (self._shared_sigma if shared_sigma is None else shared_sigma)
+        self._shared_m += shared_m
+        self._bout_shared_m += shared_m
         variance_m2 = stride_length_sigma_m**2
         self._distance_m += stride_length_m
         self._own_variance_m2 += variance_m2
@@ -106,7 +119,7 @@ class WalkLedger:
         duration_s = (t_ns - start_t_ns) / NS_PER_S
         duration_sigma_s = math.sqrt(2.0) * self._stride_time_sigma_s
         speed_mps = stride_length_m / duration_s
-        length_sigma_m = math.hypot(stride_length_sigma_m, self._shared_sigma * stride_length_m)
+        length_sigma_m = math.hypot(stride_length_sigma_m, shared_m)
         events.append(
             Stride(
                 t_ns=t_ns,
@@ -129,20 +142,25 @@ class WalkLedger:
                 interpolated=interpolated,
             )
         )
-        events.append(self.distance(t_ns))
-        return events
+        distance = self.distance(t_ns)
+        return [*events, distance, *self._doubts(distance)]
 
-    def add_unmeasured(self, duration_s: float, *, speed_sigma_mps: float | None = None) -> None:
+    def add_unmeasured(
+        self, duration_s: float, *, speed_sigma_mps: float | None = None, ongoing: bool = False
+    ) -> None:
         """Count time that may have been walking but gave no measure; sigma grows, distance not.
 
         Args:
             duration_s: How long.
             speed_sigma_mps: How fast that may have been; ``unseen_speed_mps`` where None, 0 where
                 strides with a sigma of their own are counted for it.
+            ongoing: It goes on with the time of the call before, so that the two are one.
         """
         speed_mps = self._unseen_speed_mps if speed_sigma_mps is None else speed_sigma_mps
         self._unmeasured_s += duration_s
-        self._unseen_variance_m2 += (duration_s * speed_mps) ** 2
+        before_s = self._stretch_s if ongoing else 0.0
+        self._stretch_s = before_s + duration_s
+        self._unseen_variance_m2 += (self._stretch_s**2 - before_s**2) * speed_mps**2
 
     def advance(self, t_ns: int) -> list[Event]:
         """Let time pass up to t_ns; return the end of the bout when the pause grew too long."""
@@ -157,7 +175,7 @@ class WalkLedger:
         start_t_ns, self._bout_start_ns = self._bout_start_ns, None
         duration_s = (self._bout_end_ns - start_t_ns) / NS_PER_S
         duration_sigma_s = math.sqrt(2.0) * self._stride_time_sigma_s
-        distance_sigma_m = self._sigma_m(self._bout_distance_m, self._bout_variance_m2)
+        distance_sigma_m = math.hypot(self._bout_shared_m, math.sqrt(self._bout_variance_m2))
         speed_mps = self._bout_distance_m / duration_s
         cadence_spm = SECONDS_PER_MINUTE * self._bout_strides / duration_s
         return [
@@ -188,11 +206,24 @@ class WalkLedger:
             t_ns=t_ns,
             since_t_ns=self._since_t_ns,
             distance_m=self._distance_m,
-            distance_sigma_m=self._sigma_m(self._distance_m, variance_m2),
+            distance_sigma_m=math.hypot(self._shared_m, math.sqrt(variance_m2)),
             strides=self._strides,
             walking_s=self._walking_ns / NS_PER_S,
             unmeasured_s=self._unmeasured_s,
         )
+
+    def _doubts(self, distance: Distance) -> list[Event]:
+        """Say once when the distance is no longer known well enough to be of use."""
+        limit_m = max(UNTRUSTED_M, UNTRUSTED_SHARE * distance.distance_m)
+        before, self._untrusted = self._untrusted, distance.distance_sigma_m > limit_m
+        if before or not self._untrusted:
+            return []
+        detail = (
+            f"{distance.unmeasured_s:.0f} s of possible walking gave no measure: the distance is "
+            f"{distance.distance_m:.1f} +- {distance.distance_sigma_m:.1f} m; strides and bouts "
+            "are as good as ever"
+        )
+        return [Anomaly(t_ns=distance.t_ns, anomaly="distance-untrusted", detail=detail)]
 
     def _open_bout(self, start_t_ns: int) -> None:
         self._bout_start_ns = start_t_ns
@@ -200,6 +231,4 @@ class WalkLedger:
         self._bout_strides = 0
         self._bout_distance_m = 0.0
         self._bout_variance_m2 = 0.0
-
-    def _sigma_m(self, distance_m: float, variance_m2: float) -> float:
-        return math.sqrt(variance_m2 + (self._shared_sigma * distance_m) ** 2)
+        self._bout_shared_m = 0.0

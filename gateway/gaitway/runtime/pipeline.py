@@ -7,6 +7,7 @@
 
 import logging
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 
 from gaitway.alignment import Aligner
 from gaitway.config.load import ResolvedDevice
@@ -62,6 +63,7 @@ class Pipeline:
         self.sampled = False
         self._failing = False
         self._lacking = False
+        self._held: AbstractSet[str] | None = None
         self._kept = False
         self._kept_ns = 0
         self._unkept_told = False
@@ -192,6 +194,9 @@ class Pipeline:
 
     def _note_missing(self, batch: SampleBatch) -> Sequence[Event]:
         """Note whether the estimator can't work with these samples; say so once."""
+        if batch.channels.keys() == self._held:
+            return ()
+        self._held = frozenset(batch.channels)
         missing = ", ".join(missing_channels(self._device.device_type.requires, batch.channels))
         news = bool(missing) and not self._lacking
         self._lacking = bool(missing)

@@ -14,7 +14,7 @@ through.
 """
 
 from gaitway.simulation.curves import Constant, Curve, Shocks, Stacked, Sum, Tremor
-from gaitway.simulation.imu_model import ImuModel, Triad
+from gaitway.simulation.imu_model import SENSORS, ImuModel, Triad
 from gaitway.simulation.leg import Footfall, Leg
 from gaitway.simulation.leg_motion import leg_motion
 from gaitway.simulation.motion import (
@@ -33,6 +33,7 @@ from gaitway.simulation.walk import TrueStride, mounted, record
 
 __all__ = [
     "GRAVITY_MPS2",
+    "SENSORS",
     "Constant",
     "Curve",
     "Footfall",

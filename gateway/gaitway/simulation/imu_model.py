@@ -1,5 +1,6 @@
 """What keeps an IMU from being ideal: noise, bias, scale, alignment, range and resolution."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import Final, Self
@@ -73,6 +74,32 @@ class ImuModel:
         resolution=16.0 * _G / 2**15,
     )
     converter_hz: float = 400.0
+
+
+SENSORS: Final[Mapping[str, ImuModel]] = {
+    "mti": ImuModel(),
+    "cheap": ImuModel(
+        gyro=Triad(
+            noise_rthz=0.03 * _DEG,
+            bias=1.0 * _DEG,
+            bias_walk_rts=1e-4 * _DEG,
+            scale=5e-3,
+            misalignment_rad=1.0 * _DEG,
+            full_scale=2000.0 * _DEG,
+            resolution=2000.0 * _DEG / 2**15,
+        ),
+        accel=Triad(
+            noise_rthz=300e-6 * _G,
+            bias=0.08,
+            bias_walk_rts=1e-4,
+            scale=5e-3,
+            misalignment_rad=1.0 * _DEG,
+            full_scale=16.0 * _G,
+            resolution=16.0 * _G / 2**15,
+        ),
+    ),
+}
+"""The class of an Xsens MTi-1, and a cheap one as in a phone, never calibrated."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from gaitway.api import (
     Estimator,
     Event,
     Floats,
+    Pose,
     SimulatedWalk,
     Stride,
     WalkPlan,
@@ -38,10 +39,13 @@ def _summarise(events: Sequence[Event]) -> Mapping[str, Any]:
     strides = [event for event in events if isinstance(event, Stride)]
     climbs = [(s.height_change_m, s.height_change_sigma_m or 0.0) for s in strides]
     known = [(up, sigma) for up, sigma in climbs if up is not None]
+    # What all strides share is in the poses only.
+    paths = [pose.height_sigma_m or 0.0 for pose in events if isinstance(pose, Pose)]
+    sigma_m = max(math.hypot(*(sigma for _, sigma in known)), paths[-1] if paths else 0.0)
     lengths = [math.hypot(s.stride_length_m, s.height_change_m or 0.0) for s in strides]
     return {
         "height_m": math.fsum(up for up, _ in known) if known else None,
-        "height_sigma_m": math.hypot(*(sigma for _, sigma in known)) if known else None,
+        "height_sigma_m": sigma_m if known else None,
         "path_length_m": math.fsum(lengths),
         "height_change_m": [up for up, _ in climbs],
         "terrain": [s.terrain for s in strides],
@@ -86,6 +90,7 @@ def gaitway_devices() -> Sequence[DeviceType]:
             requires=(ACCEL, GYRO),
             params=AnkleParams,
             make_estimator=_make_estimator,
+            measured=("lever_arm_m",),
             default_mounting={"x": "up", "y": "right", "z": "forward"},
             simulate=_simulate,
             summarise=_summarise,

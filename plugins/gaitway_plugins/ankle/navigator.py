@@ -29,6 +29,7 @@ from gaitway.estimation import (
 )
 from gaitway.estimation.rotation import Quaternion, from_gravity, rotate, tilt_rad
 from gaitway_plugins.ankle.lever import Lever
+from gaitway_plugins.ankle.motion import pivot_speed_mps
 from gaitway_plugins.ankle.params import AnkleParams
 from gaitway_plugins.ankle.track import Track
 
@@ -152,7 +153,7 @@ class Navigator:
         doubtful = self.innovation.nis > self._params.gate_nis
         if doubtful:
             long = (end - begin) * self._period_s >= self._params.sure_quiet_s
-            if not long or float(np.linalg.norm(footing.z)) > self._params.doubt_mps:
+            if not long or float(np.linalg.norm(footing.z)) > self._doubt_mps(track):
                 return None
             self._run_again(track, begin, end)
         for moment in moments:
@@ -161,6 +162,15 @@ class Navigator:
         if still:
             self._learn_at_rest(track, begin, end)
         return self._anchor(track, doubtful=doubtful)
+
+    def _doubt_mps(self, track: Track) -> float:
+        """Return how fast the pivot may seem to be in a stance that did not close.
+
+        At a turning point of a swing it is about as fast as at its fastest.
+        """
+        gyro = track.gyro_d(self._at + 1 - len(self.path), self._at + 1)
+        speed = pivot_speed_mps(self.path, gyro, self._lever)
+        return min(self._params.doubt_mps, self._params.doubt_share * float(speed.max(initial=0.0)))
 
     def _run_again(self, track: Track, begin: int, end: int) -> None:
         """Go again from the anchor before, taking in that something happened on the way.

@@ -33,6 +33,8 @@ class AnkleParams(Params):
     """Energy falls by more than this factor from swing to stance,"""
     valley_end_ratio: float = Field(8.0, gt=1.0)
     """and rises by more than this one to the next swing: more than a jolt in stance."""
+    valley_split_ratio: float = Field(3.0, gt=1.0)
+    """A rise by more than this one and a fall by valley_ratio is a swing too: the last half one."""
     standing_rate_radps: float = Field(0.35, gt=0.0)
     """Below, valleys have no floor: swaying, or a foot that is flat."""
     quiet_rate_max_radps: float = Field(2.5, gt=0.0)
@@ -58,6 +60,8 @@ class AnkleParams(Params):
     doubt_mps: float = Field(1.5, gt=0.0)
     """Unless it is off by less than this in a long enough quiet part: then samples were lost on the
     way, or a range exceeded. The stride counts within a walk, with a large standard deviation."""
+    doubt_share: float = Field(0.5, gt=0.0)
+    """Nor by more than this share of the greatest speed before: a turning point of a swing is."""
     sure_quiet_s: float = Field(0.12, gt=0.0)
     """What a long enough quiet part is."""
     min_quiet_s: float = Field(0.05, ge=0.0)
@@ -103,8 +107,9 @@ class AnkleParams(Params):
     """Nor one whose foot is longer in the air."""
     min_swing_speed_mps: float = Field(0.3, ge=0.0)
     """A swing is faster at its fastest."""
-    min_pendulum_share: float = Field(0.45, ge=0.0, le=1.0)
-    """So much of its turning is about the axis across the way it goes; a leg's is 0.7 to 1."""
+    min_pendulum_share: float = Field(0.6, ge=0.0, le=1.0)
+    """Before a bout has begun so much of its turning is about the axis across the way it goes; a
+    leg's is 0.7 to 1, and less where it turns."""
     max_lean_rad: float = Field(0.9, gt=0.0)
     """In mid-stance the leg leans less than this."""
     max_pause_s: float = Field(3.0, gt=0.0)

@@ -25,9 +25,9 @@ from gaitway.estimation import (
     pivot_velocity,
 )
 from gaitway_plugins.ankle.lever import Lever
+from gaitway_plugins.ankle.motion import rotated
 from gaitway_plugins.ankle.params import AnkleParams
 from gaitway_plugins.ankle.track import Track
-from gaitway_plugins.ankle.way import rotated
 
 _NOISE: Final = ImuNoise(accel_mps2_rthz=0.02, gyro_radps_rthz=0.002)
 _STANCE_MPS: Final = 0.1

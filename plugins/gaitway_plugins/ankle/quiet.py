@@ -54,11 +54,13 @@ class QuietDetector:
         self._mean = CentredMean(self.lag)
         self._weight = params.force_weight_radps_mps2
         self._ratio: Final = params.valley_ratio
+        self._split: Final = params.valley_split_ratio
         self._leave: Final = params.valley_end_ratio
         self._floor: Final = params.standing_rate_radps**2
         self._ceiling: Final = params.quiet_rate_max_radps**2
         self._index = -1
         self._extreme = math.inf
+        self._bump = 0.0
         self._valley: list[float] = []
         self._first = 0
         self._still_since = 0
@@ -94,20 +96,31 @@ class QuietDetector:
             self._descend(energy)
             return None
         self._valley.append(energy)
-        self._extreme = min(self._extreme, energy)
-        if energy <= self._leave * max(self._extreme, self._floor):
+        lowest = max(self._extreme, self._floor)
+        if energy < self._extreme:
+            self._extreme = self._bump = energy
             return None
+        self._bump = max(self._bump, energy)
+        if energy > self._leave * lowest:
+            return self._leave_valley(energy, moving=True)
+        if self._bump > self._split * lowest and energy < self._bump / self._ratio:
+            return self._leave_valley(energy, moving=False)
+        return None
+
+    def _leave_valley(self, energy: float, *, moving: bool) -> Quiet:
+        """Return the valley that is over; on a peak now, or past a small one in the next valley."""
         quiet = self._quiet_part()
-        self.moving, self._extreme = True, energy
-        self._valley.clear()
+        self.moving, self._extreme, self._bump = moving, energy, energy
+        self._first = self._index
+        self._valley = [] if moving else [energy]
         return quiet
 
     def _descend(self, energy: float) -> None:
         self._extreme = max(self._extreme, energy)
         if energy < self._extreme / self._ratio and energy < self._ceiling:
             self.moving = False
-            self._first, self._extreme = self._index, energy
-            self._valley.append(energy)
+            self._first, self._extreme, self._bump = self._index, energy, energy
+            self._valley = [energy]
 
     def _quiet_part(self) -> Quiet:
         """Return the run about the minimum that is hardly less quiet."""

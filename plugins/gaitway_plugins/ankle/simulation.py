@@ -15,12 +15,11 @@ import numpy as np
 
 from gaitway.api import Floats, SimulatedWalk, WalkPlan
 from gaitway.simulation import (
+    SENSORS,
     Footfall,
-    ImuModel,
     Leg,
     Person,
     RigidMotion,
-    Triad,
     TrueStride,
     leg_motion,
     mounted,
@@ -45,14 +44,6 @@ STAIR_TREAD_M: Final = 0.28
 _MORE_THAN_HALF: Final = 0.75
 _CLIMBS: Final = {"level": 0.0, "stairs-up": 1.0, "stairs-down": -1.0}
 _DEG: Final = pi / 180.0
-_CHEAP: Final = ImuModel(
-    gyro=Triad(
-        0.03 * _DEG, 1.0 * _DEG, 1e-4 * _DEG, 5e-3, 1.0 * _DEG, 2000 * _DEG, 2000 * _DEG / 2**15
-    ),
-    accel=Triad(300e-6 * 9.81, 0.08, 1e-4, 5e-3, 1.0 * _DEG, 16 * 9.81, 16 * 9.81 / 2**15),
-)
-SENSORS: Final[Mapping[str, ImuModel]] = {"mti": ImuModel(), "cheap": _CHEAP}
-
 _T = TypeVar("_T")
 
 

@@ -19,6 +19,9 @@ from gaitway_plugins.ankle.way import Way, pendulum_share, swing_of
 _SETTLED_S: Final = 2.0
 """Standing so long, small shifts of the foot are no part of a stride."""
 
+_REFUSED: Final = 2
+"""After so many long quiet parts in a row that can't be, the filter is begun anew; one may be the
+middle of a swing."""
 _VAGUE: Final = 0.6
 """A stride is not believed whose standard deviation is a greater share of its length."""
 
@@ -51,6 +54,7 @@ class Stretch:
         navigator: The filter.
         lost: Walking under way that is not measured.
         strides: How many there were.
+        stood: Whether the last quiet part was that of a foot on a floor.
         tracer: As given.
     """
 
@@ -65,6 +69,7 @@ class Stretch:
         self.navigator: Final = Navigator(params, period_s, lever)
         self.lost: Loss | None = None
         self.strides = 0
+        self.stood = False
         self.tracer = tracer
         self._params = params
         self._period_s = period_s
@@ -156,6 +161,7 @@ class Stretch:
         anchor = nav.visit(self._track, begin, end, still=still)
         if anchor is None or nav.leaning_rad() > self._params.max_lean_rad:
             return self._refuse(begin, end, still=still)
+        self.stood = True
         self._refused = 0
         return self._reach(anchor)
 
@@ -169,6 +175,7 @@ class Stretch:
     def _start(self, begin: int, end: int, *, still: bool) -> list[Event]:
         if not still and (end - begin) * self._period_s < self._params.sure_quiet_s:
             return []
+        self.stood = True
         self._from = self.navigator.start(self._track, begin, end, still=still)
         self._covariance[:] = 0.0
         self._contact_ns, self._doubtful = None, False
@@ -178,9 +185,11 @@ class Stretch:
 
     def _refuse(self, begin: int, end: int, *, still: bool) -> list[Event]:
         """Take that the velocity found is none of a foot on a floor."""
-        self._refused += 1
         long = (end - begin) * self._period_s >= self._params.sure_quiet_s
-        if not long and self._lacking_s() < self._params.max_stride_s:
+        self._refused += long
+        self.stood = False
+        lacking = self._lacking_s() >= self._params.max_stride_s
+        if not still and self._refused < _REFUSED and not lacking:
             return []
         self._lose("no-footing", "the leg did not move as over a foot on the floor")
         self.navigator.lose(self._track.first - 1)
@@ -237,7 +246,7 @@ class Stretch:
         return (
             p.min_stride_m <= way.length_m <= p.max_stride_m
             and way.peak_mps >= p.min_swing_speed_mps
-            and way.pendulum >= p.min_pendulum_share
+            and (self._books.walking or way.pendulum >= p.min_pendulum_share)
             and (way.contact - way.lift) * self._period_s <= p.max_stride_s
             and way.length_sigma_m < _VAGUE * way.length_m
         )

@@ -4,9 +4,9 @@ import numpy as np
 
 from gaitway.api import Floats, Trace
 from gaitway_plugins.ankle.lever import Lever
+from gaitway_plugins.ankle.motion import pivot_speed_mps
 from gaitway_plugins.ankle.navigator import Anchor
 from gaitway_plugins.ankle.track import Track
-from gaitway_plugins.ankle.way import pivot_speed_mps
 
 _ON_FLOOR_MPS = 0.3
 

@@ -73,7 +73,7 @@ class _Listener(Stretch):
 
     def _arrive(self, begin: int, end: int, *, still: bool) -> list[Event]:
         events = super()._arrive(begin, end, still=still)
-        if not self._refused:
+        if self.stood:
             self._walk.quiets.append((begin, end, still))
         return events
 

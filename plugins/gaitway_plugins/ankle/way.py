@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitway.api import Floats
 from gaitway_plugins.ankle.lever import Lever
+from gaitway_plugins.ankle.motion import pivot_speed_mps, rotated
 from gaitway_plugins.ankle.navigator import Anchor
 from gaitway_plugins.ankle.params import AnkleParams
 
@@ -102,16 +103,3 @@ def pendulum_share(path: Floats, gyro_d: Floats, step_n: Floats) -> float:
     across = np.array([-step_n[1], step_n[0], 0.0]) / length
     rate_n = rotated(path[:, 6:10], gyro_d)
     return float(((rate_n @ across) ** 2).sum() / max((rate_n**2).sum(), _FLAT_M))
-
-
-def pivot_speed_mps(path: Floats, gyro_d: Floats, lever: Lever) -> Floats:
-    """Return how fast the pivot moves, ``|v - w x r|``, shape (n,)."""
-    arm_n = rotated(path[:, 6:10], np.cross(gyro_d, lever.pivot_to_imu_d))
-    return np.asarray(np.linalg.norm(path[:, 3:6] - arm_n, axis=1))
-
-
-def rotated(q_nd: Floats, vec_d: Floats) -> Floats:
-    """Return vectors in frame n, shape (n, 3)."""
-    w, axis = q_nd[:, :1], q_nd[:, 1:]
-    twice = 2.0 * np.cross(axis, vec_d)
-    return np.asarray(vec_d + w * twice + np.cross(axis, twice))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitway.api import NS_PER_S, Anomaly, Event, Ints, Stride
 from gaitway.estimation import Break, StrideInterpolation, WalkLedger
+from gaitway_plugins.quad_cane.checks import MountingCheck
 from gaitway_plugins.quad_cane.navigator import Displacement
 from gaitway_plugins.quad_cane.params import QuadCaneParams
 from gaitway_plugins.quad_cane.placements import Clip, Landing, Lift, Record
@@ -36,6 +37,7 @@ class Accounts:
 
     def __init__(self, params: QuadCaneParams) -> None:
         self._params = params
+        self._checks = MountingCheck()
         self._ledger = WalkLedger(
             max_pause_s=params.max_pause_s,
             shared_sigma=params.shared_sigma,
@@ -155,7 +157,13 @@ class Accounts:
         elif lift_ns is None:
             events = self._stood_through_gap(landing)
         elif landing.way is not None:
-            events = self._placed(landing.way, lift_ns)
+            swing_s = (self._now_ns - lift_ns) / NS_PER_S
+            events = [
+                *self._checks.placement(
+                    self._now_ns, landing.tilt_rad, landing.way.length_m, swing_s
+                ),
+                *self._placed(landing.way, lift_ns),
+            ]
         elif self._told:
             events = self._unmeasured()
         put_right = landing.way is not None and landing.way.length_m < self._params.min_stride_m

@@ -8,9 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitway.api import EstimatorInput, Event, Floats, Ints, SampleBatch, Trace
-from gaitway.estimation import BlockBridge, Break, ImuBlock, Saveable, StanceDetector
+from gaitway.estimation import (
+    BlockBridge,
+    Break,
+    ImuBlock,
+    Saveable,
+    StanceDetector,
+    WalkingTest,
+    tilts_from_gravity_rad,
+)
 from gaitway_plugins.quad_cane.accounts import Accounts
-from gaitway_plugins.quad_cane.activity import WalkingTest, tilt_from_gravity_rad
+from gaitway_plugins.quad_cane.checks import FallCheck
 from gaitway_plugins.quad_cane.navigator import Navigator
 from gaitway_plugins.quad_cane.params import QuadCaneParams
 from gaitway_plugins.quad_cane.placements import Phase, Placements
@@ -120,7 +128,13 @@ class Stretch:
             accel_max_mps2=params.stance_accel_max_mps2,
             gyro_max_radps=params.stance_gyro_max_radps,
         )
-        self._test = WalkingTest(params, period_s)
+        self._falls = FallCheck(period_s)
+        self._test = WalkingTest(
+            window_s=params.walking_window_s,
+            period_s=period_s,
+            sms_max_radps=params.sms_max_radps,
+            tilt_max_rad=params.tilt_max_rad,
+        )
         tuning = Tuning.of(params, period_s)
         self._tilt_from_gravity = tuning.tilt_from_gravity
         self._placements = Placements(
@@ -144,13 +158,14 @@ class Stretch:
 
     def extend(self, block: ImuBlock) -> list[Event]:
         """Take samples; return what is now known of earlier ones."""
+        fallen = self._falls.extend(block)
         quiet = self._stance.extend(block.accel_d, block.gyro_d)
         waiting = ImuBlock.joined(self._to_navigate, block) if self._to_navigate else block
         ready = max(0, len(waiting) - self._stance.half)
         self._to_navigate = waiting[ready:]
         if not ready:
-            return []
-        return self._navigate(waiting[:ready], quiet[-ready:])
+            return fallen
+        return [*self._navigate(waiting[:ready], quiet[-ready:]), *fallen]
 
     def finish(self) -> list[Event]:
         """Return what is known of the samples still held back.
@@ -158,7 +173,7 @@ class Stretch:
         Those whose contact window the end cuts are not navigated: they can't become a contact.
         """
         self._placements.close()
-        events = self._decide(self._test.finish())
+        events = self._decide(np.array(self._test.finish(), np.bool_))
         if self.trace is not None and self._to_navigate is not None:
             for t_ns in self._to_navigate.t_ns.tolist():
                 self.trace.append(t_ns, *_UNKNOWN, 0.0)
@@ -170,7 +185,7 @@ class Stretch:
         else:
             tilt_rad = self._traced(block, quiet)
         if self._tilt_from_gravity:
-            tilt_rad = tilt_from_gravity_rad(block.accel_d)
+            tilt_rad = tilts_from_gravity_rad(block.accel_d)
         self._to_decide = np.concatenate([self._to_decide, block.t_ns])
         return self._decide(self._test.extend(block.gyro_d, tilt_rad))
 

@@ -250,6 +250,10 @@ class Navigator:
         lean_sigma_m = abs(float(per_height)) * self._tuning.imu_height_sigma_m
         return Displacement(length_m, math.sqrt(max(0.0, variance)), lean_sigma_m)
 
+    def tilt_rad(self) -> float:
+        """Return the angle between shaft and vertical."""
+        return rotation.tilt_rad(self._kf.q_nd)
+
     def _land(self, zero: Measurement) -> None:
         """Take in the first zero velocity of a stance, so that it can be taken back."""
         kf = self._kf

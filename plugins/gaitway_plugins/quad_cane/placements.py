@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitway.api import Floats, Ints
-from gaitway.estimation import ImuBlock
-from gaitway_plugins.quad_cane.activity import tilt_from_gravity_rad
+from gaitway.estimation import ImuBlock, tilts_from_gravity_rad
 from gaitway_plugins.quad_cane.navigator import Displacement, Navigator
 
 
@@ -45,12 +44,14 @@ class Landing:
         way: From the stance before; None where it could not be measured.
         seen: The contact itself was seen.
         as_before: After missing samples: it stands as it stood before them.
+        tilt_rad: Of the shaft, where the way is known.
     """
 
     index: int
     way: Displacement | None = None
     seen: bool = True
     as_before: bool = False
+    tilt_rad: float = 0.0
 
 
 Record = Lift | Clip | Landing
@@ -153,7 +154,7 @@ class Placements:
         self._first += len(block)
         w, x, y, z = poses[:, 6:].T
         tilt_rad = 2.0 * np.arctan2(np.sqrt(x * x + y * y), np.sqrt(w * w + z * z))
-        return np.where(np.isnan(w), tilt_from_gravity_rad(block.accel_d), tilt_rad)
+        return np.where(np.isnan(w), tilts_from_gravity_rad(block.accel_d), tilt_rad)
 
     def close(self) -> None:
         """Take the way of the last placement as it is known now: no more samples will come."""
@@ -163,7 +164,8 @@ class Placements:
         if self._landing_open:
             self._landing_open = False
             self._since_landing.clear()
-            self._tell(index, Landing(self._floor_index(), self._navigator.displacement()))
+            way, tilt_rad = self._navigator.displacement(), self._navigator.tilt_rad()
+            self._tell(index, Landing(self._floor_index(), way, tilt_rad=tilt_rad))
 
     def _tell(self, index: int, record: Record) -> None:
         self.records.append(Told(index, record))

@@ -16,6 +16,7 @@ import numpy as np
 
 from gaitway.api import Floats, SimulatedWalk, WalkPlan
 from gaitway.simulation import (
+    SENSORS,
     Knot,
     Person,
     RigidMotion,
@@ -122,11 +123,17 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     Small placements while turning round count like any other.
 
     Args:
-        plan: What to walk; ``distance_m`` is reached to within half a placement.
+        plan: What to walk; ``distance_m`` is reached to within half a placement. Condition
+            ``sensor`` is a key of ``gaitway.simulation.SENSORS``.
 
     Raises:
-        ValueError: The plan's speed is out of reach.
+        ValueError: The plan's speed is out of reach, or a condition is unknown.
     """
+    sensor = str(plan.conditions.get("sensor", "mti"))
+    if set(plan.conditions) - {"sensor"} or sensor not in SENSORS:
+        raise ValueError(
+            f"conditions {dict(plan.conditions)}: known is sensor, one of {', '.join(SENSORS)}"
+        )
     person = Person.draw(plan.seed)
     rng = stream(plan.seed, "quad-cane")
     habit = Habit.draw(person, plan, rng)
@@ -137,7 +144,7 @@ def simulate(plan: WalkPlan) -> SimulatedWalk:
     duration_s = stances[-1].contact_s + GRASP_S + plan.rest_s
     tilt_rad = rng.normal(0.0, AWRY_SIGMA_RAD, 3).tolist()
     place = mounted(MOUNTING, BASE_TO_IMU_D, tilt_rad)
-    return record(plan, motion, place, duration_s, list(_strides(stances)))
+    return record(plan, motion, place, duration_s, list(_strides(stances)), model=SENSORS[sensor])
 
 
 def _strides(stances: Sequence[Stance]) -> Iterator[TrueStride]:

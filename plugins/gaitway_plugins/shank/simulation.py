@@ -27,12 +27,13 @@ from gaitway.simulation import (
 MOUNTING: Final = {"x": "up", "y": "right", "z": "forward"}
 IMU_AHEAD_M: Final = 0.04
 """The IMU sits four centimetres before the shank's axis."""
-IMU_ABOVE_M: Final = (0.12, 0.20)
-"""And so high above the ankle joint: as low as a strap holds, up to where the calf begins."""
+IMU_ABOVE_M: Final = (0.13, 0.22)
+"""And so high above the ankle joint: a bulky sensor above the malleoli. On people the estimator
+learned 0.18 to 0.20 m."""
 SOFTNESS_M: Final = (0.010, 0.018)
 """Of a shod foot that rolls: the sole rocks by some 0.1 rad to either side of flat while the centre
-of pressure runs from heel to ball. With the shank that makes a rocker of 0.3 leg lengths (Hansen,
-Childress and Knox 2004), and the ankle moves on in mid-stance at some 0.05 m/s."""
+of pressure runs from heel to ball, a rocker in the manner of Hansen, Childress and Knox (2004).
+The ankle moves on in mid-stance at some 0.05 m/s; on people's walks the estimator needs as much."""
 FEET: Final = ("rolling", "flat")
 STRAP_SIGMA_RAD: Final = (radians(4.0), radians(2.5), radians(2.0))
 """Standard deviations of yaw, pitch and roll with which a sensor is strapped on by eye."""

@@ -29,7 +29,7 @@ from gaitway.samples import Gap, SampleBatch
 DEVICE = "shank"
 PUBLISHED = ("wsi", "s1", "s2", "s3")
 SPEEDS_MPS = {"slow": 0.85, "normal": 1.25, "fast": 1.65}
-FIRST_SEED = 1000
+FIRST_SEED = 2000
 WALKS = 8
 CELL = (
     Target("ratio_mean", 1.02),

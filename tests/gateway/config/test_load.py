@@ -117,6 +117,15 @@ def test_each_example_device_is_valid(file):
     assert len(load_config(file).devices) == 1
 
 
+def test_every_built_in_device_has_an_example_that_names_what_must_be_measured():
+    examples = {file.stem: file.read_text() for file in (CONFIGS / "devices").glob("*.toml")}
+    devices = load_registry().devices
+    assert sorted(examples) == sorted(devices)
+    for name, device in devices.items():
+        unnamed = [key for key in device.measured if f"{key} = " not in examples[name]]
+        assert unnamed == [], name
+
+
 def test_the_example_gateway_file_lists_every_key_with_its_default(tmp_path):
     loaded = load_config(CONFIGS / "gateway.toml")
     shown = loaded.gateway.model_dump(mode="json")

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from gaitway.estimation import WalkLedger
-from gaitway.events import Bout, Distance, Stride
+from gaitway.events import Anomaly, Bout, Distance, Stride
 
 S = 1_000_000_000
 
@@ -92,3 +92,29 @@ def test_time_unmeasured_for_which_strides_count_widens_nothing_by_itself():
     ledger.add_unmeasured(2.0, speed_sigma_mps=0.0)
     distance = ledger.distance(2_000_000_000)
     assert (distance.unmeasured_s, distance.distance_sigma_m) == (2.0, 0.0)
+
+
+def test_a_stride_may_share_its_error_by_another_measure_than_the_rest():
+    books = ledger(shared_sigma=0.01)
+    books.add_stride(0, S, 10.0, 0.0)
+    events = books.add_stride(S, 2 * S, 10.0, 0.0, shared_sigma=0.002)
+    assert only(Stride, events)[0].stride_length_sigma_m == pytest.approx(0.02)
+    assert only(Distance, events)[0].distance_sigma_m == pytest.approx(0.12)
+    assert only(Bout, books.close_bout())[0].distance_sigma_m == pytest.approx(0.12)
+
+
+def test_time_without_a_measure_that_goes_on_is_one_time():
+    pieces, whole = ledger(), ledger()
+    for ongoing in (False, True, True):
+        pieces.add_unmeasured(2.0, ongoing=ongoing)
+    whole.add_unmeasured(6.0)
+    assert pieces.distance(S) == whole.distance(S)
+
+
+def test_a_distance_that_is_of_no_use_says_so_once():
+    books = ledger()
+    told = walk(books, 2)
+    books.add_unmeasured(20.0)
+    told += walk(books, 4, start_s=2)
+    doubts = [event for event in told if isinstance(event, Anomaly)]
+    assert [(doubt.anomaly, doubt.t_ns) for doubt in doubts] == [("distance-untrusted", 3 * S)]

@@ -192,6 +192,23 @@ def test_a_device_that_lacks_a_channel_says_so_once_and_its_samples_are_still_re
     assert out.names().count("samples") == 3
 
 
+def test_a_channel_that_stays_away_is_told_again_after_it_came_back(monkeypatch):
+    made, out = pipeline(requires=(ACCEL, GYRO))
+    decode_accel = ByteCodec.feed
+
+    def feed(self, chunk):
+        items = decode_accel(self, chunk)
+        for item in items if chunk.data[0] in (1, 4) else []:
+            item.channels["gyro"] = frozen_rows([[0.0, 0.0, 0.0]], 3)
+        return items
+
+    monkeypatch.setattr(ByteCodec, "feed", feed)
+    for number in (1, 2, 3, 4, 5):
+        made.feed(chunk(number))
+    told = [event.anomaly for event in out.events()]
+    assert told == ["sample", "channel-missing", "gap", "gap", "sample", "channel-missing", "gap"]
+
+
 class Sum(Saveable):
     """An estimator that tells at every second sample what it has counted."""
 

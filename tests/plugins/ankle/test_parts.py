@@ -11,11 +11,11 @@ from gaitway.api import Stride, WalkPlan
 from gaitway.estimation.rotation import normalized, rotate
 from gaitway.registry import load_registry
 from gaitway_plugins.ankle.lever import Lever
+from gaitway_plugins.ankle.motion import rotated
 from gaitway_plugins.ankle.params import AnkleParams
 from gaitway_plugins.ankle.published import PublishedEstimator
 from gaitway_plugins.ankle.quiet import QuietDetector
 from gaitway_plugins.ankle.simulation import STAIR_RISE_M, simulate
-from gaitway_plugins.ankle.way import rotated
 
 numbers = st.floats(-5.0, 5.0)
 

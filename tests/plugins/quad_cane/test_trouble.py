@@ -89,7 +89,7 @@ def test_steps_behind_a_long_gap_are_not_made_up(truth, batch, run, without):
     kept_m = np.delete(truth.stride_length_m, [STRIDE + 1, STRIDE + 2])
     assert len(result.strides) == len(kept_m)
     assert result.distance_m == pytest.approx(kept_m.sum(), abs=0.02)
-    assert result.anomalies == ["gap-in-stride"]
+    assert result.anomalies == ["gap-in-stride", "distance-untrusted"]
     assert result.unmeasured_s == pytest.approx(end_s - start_s, abs=0.7)
 
 
@@ -203,3 +203,17 @@ def test_a_gyroscope_channel_alone_turned_upside_down_is_not_walking(batch, run)
     turned = {name: batch.channels[name] * [1.0, -1.0, -1.0] for name in (ACCEL.name, GYRO.name)}
     for method in ("default", "published"):
         assert run(changed(batch, **turned), method=method).strides == []
+
+
+def test_a_fall_is_told_once(batch, run):
+    accel = batch.channels[ACCEL.name].copy()
+    accel[100:140] = 0.5
+    assert run(changed(batch, accel=accel)).anomalies.count("device-dropped") == 1
+
+
+def test_a_mounting_that_can_not_be_is_told_and_nothing_counted(batch, run):
+    """What the configuration calls up points sideways."""
+    turned = {name: batch.channels[name][:, [2, 1, 0]] * (1, -1, 1) for name in ("accel", "gyro")}
+    result = run(changed(batch, **turned))
+    assert "not-mounted-as-configured" in result.anomalies
+    assert result.strides == []

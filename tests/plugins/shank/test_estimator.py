@@ -112,8 +112,9 @@ def test_an_hour_later_everything_is_an_hour_later_and_else_the_same(tools, refe
     hour_ns = 3_600_000_000_000
 
     def back(event):
-        names = ("t_ns", "start_t_ns", "since_t_ns")
-        moved = {n: getattr(event, n) - hour_ns for n in names if hasattr(event, n)}
+        names = ("t_ns", "start_t_ns", "since_t_ns", "lift_t_ns")
+        times = {n: getattr(event, n, None) for n in names}
+        moved = {n: t_ns - hour_ns for n, t_ns in times.items() if t_ns is not None}
         return event.model_copy(update=moved)
 
     later = tools.said(estimator(), walk, start_ns=hour_ns)

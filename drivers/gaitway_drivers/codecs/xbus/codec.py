@@ -3,7 +3,7 @@
 from typing import Final
 
 from gaitway.api import NS_PER_S, Chunk, CodecItem, Fault
-from gaitway_drivers.codecs.xbus.framer import SHORTEST_STALL_NS, Bytes, Framer, MessageRun
+from gaitway_drivers.codecs.xbus.framer import SHORTEST_STALL_NS, Framer, MessageRun
 from gaitway_drivers.codecs.xbus.messages import Mid
 from gaitway_drivers.codecs.xbus.mtdata2 import LayoutCache
 from gaitway_drivers.codecs.xbus.readings import read
@@ -36,9 +36,8 @@ class XbusCodec:
         items = self._take(self._framer.feed(chunk.t_ns, chunk.data))
         items += self._framing_faults()
         items += self._sampler.flush(chunk.t_ns)
-        if self._sampler.period_s is not None:
-            stall_ns = round(STALL_PERIODS * self._sampler.period_s * NS_PER_S)
-            self._framer.stall_ns = max(SHORTEST_STALL_NS, stall_ns)
+        if self._sampler.period_s != self._period_s:
+            self._note_period(self._sampler.period_s)
         return items
 
     def on_time(self, t_ns: int) -> list[CodecItem]:
@@ -62,13 +61,20 @@ class XbusCodec:
         self._session = None if params.listen_only else Session(params.rate_hz)
         listening_hz = params.rate_hz if params.listen_only else None
         self._sampler = Sampler(None if listening_hz is None else 1.0 / listening_hz)
+        self._period_s: float | None = None
         self._told = (0, 0, 0)
+
+    def _note_period(self, period_s: float | None) -> None:
+        self._period_s = period_s
+        if period_s is not None:
+            stall_ns = round(STALL_PERIODS * period_s * NS_PER_S)
+            self._framer.stall_ns = max(SHORTEST_STALL_NS, stall_ns)
 
     def _take(self, runs: list[MessageRun]) -> list[CodecItem]:
         items: list[CodecItem] = []
         for run in runs:
             if run.mid == Mid.MTDATA2:
-                items += self._measure(run.payloads)
+                items += self._measure(run)
             else:
                 for payload in run.payloads:
                     items += self._answer(run.mid, payload.tobytes())
@@ -84,16 +90,16 @@ class XbusCodec:
                 self._sampler.period_s = 1.0 / self._session.rate_hz
         return items
 
-    def _measure(self, payloads: Bytes) -> list[CodecItem]:
+    def _measure(self, run: MessageRun) -> list[CodecItem]:
         if self._session is not None and not self._session.streaming:
             self._session.on_measurement()
             if not self._session.streaming:
                 return []  # sent before the device heard GoToConfig
         items: list[CodecItem] = []
-        for layout, alike in self._layouts.split(payloads):
+        for layout, alike in self._layouts.split(run):
             if layout.fault:
                 detail = f"a measurement can't be read: {layout.fault}"
-                items.append(Fault(self._t_ns, "bad-payload", len(alike), detail))
+                items.append(Fault(self._t_ns, "bad-payload", alike.messages, detail))
             self._sampler.add(self._t_ns, read(layout, alike))
         return items
 

@@ -6,8 +6,8 @@ a message.
 """
 
 from collections import deque
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,23 +18,51 @@ Bytes = NDArray[np.uint8]
 
 SHORT_HEADER_BYTES: Final = 4
 LONG_HEADER_BYTES: Final = 6
+_ONES: Final = np.ones(LONG_HEADER_BYTES + MAX_DATA_BYTES + 1, np.uint8)
+_GOOD_SUM: Final = bytes((PREAMBLE,))
+"""Sum of all bytes of a good message: all but the preamble make zero."""
 LAST_BUS_ID: Final = 0x1F
 MAX_RUN: Final = 128
 """Messages checked at once at most, which bounds what one bad among them costs."""
 SHORTEST_STALL_NS: Final = 100_000_000
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class MessageRun:
-    """Consecutive good messages of the same kind and length, as they lie in the stream.
+    """Consecutive good messages of the same kind and length, where they lie in the stream.
 
     Attributes:
         mid: Message id of all of them.
-        payloads: Their data, one row a message, shape (n, k), read-only.
+        messages: How many.
+        payload_bytes: Length of the data of each.
+        data: Bytes of the stream.
+        start: Where in it the data of the first begin.
+        step: From there to the data of the next.
     """
 
     mid: int
-    payloads: Bytes
+    messages: int
+    payload_bytes: int
+    data: bytes
+    start: int
+    step: int
+
+    @property
+    def payloads(self) -> Bytes:
+        """Their data, one row a message, shape (messages, payload_bytes), read-only."""
+        shape, strides = (self.messages, self.payload_bytes), (self.step, 1)
+        return np.ndarray(shape, np.uint8, self.data, self.start, strides)
+
+    def records(self, record: np.dtype[np.void]) -> NDArray[Any]:
+        """Return their data as records no longer than the data, shape (messages,), read-only."""
+        return np.ndarray((self.messages,), record, self.data, self.start, (self.step,))
+
+    def split(self, at: int) -> tuple["MessageRun", "MessageRun"]:
+        """Return the messages before one, and that one with those after it."""
+        return (
+            replace(self, messages=at),
+            replace(self, messages=self.messages - at, start=self.start + at * self.step),
+        )
 
 
 class Framer:
@@ -123,7 +151,7 @@ class Framer:
 
     def _scan(self) -> list[MessageRun]:
         data, at, runs = self._pending, 0, []
-        while True:
+        while at < len(data):
             start = data.find(PREAMBLE, at)
             if start < 0:
                 start = len(data)
@@ -141,7 +169,7 @@ class Framer:
                 at += 1
             else:
                 runs.append(run)
-                at += len(run.payloads) * size
+                at += run.messages * size
         self._pending = data[at:]
         return runs
 
@@ -173,12 +201,17 @@ def _good_run(data: bytes, at: int, size: int, most: int) -> MessageRun | None:
     At most ``most`` of them; None if already the first has a bad sum.
     """
     header_bytes = LONG_HEADER_BYTES if data[at + 3] == EXTENDED else SHORT_HEADER_BYTES
-    header = data[at : at + header_bytes]
     most = min(most, (len(data) - at) // size)
-    count = 1
-    while count < most and data.startswith(header, at + count * size):
-        count += 1
-    rows = np.frombuffer(data, np.uint8, count * size, at).reshape(count, size)
-    bad = np.add.reduce(rows[:, 1:], axis=1, dtype=np.uint8).nonzero()[0]
-    good = int(bad[0]) if len(bad) else count
-    return MessageRun(data[at + 2], rows[:good, header_bytes:-1]) if good else None
+    rows = np.frombuffer(data, np.uint8, most * size, at).reshape(most, size)
+    if most > 1:
+        headers, header = rows[:, :header_bytes].tobytes(), data[at : at + header_bytes]
+        if headers != header * most:
+            starts = range(0, len(headers), header_bytes)
+            most = next(n for n, i in enumerate(starts) if not headers.startswith(header, i))
+            rows = rows[:most]
+    sums = rows.dot(_ONES[:size]).tobytes()
+    good = most - len(sums.lstrip(_GOOD_SUM))
+    if not good:
+        return None
+    payload_bytes = size - header_bytes - 1
+    return MessageRun(data[at + 2], good, payload_bytes, data, at + header_bytes, size)

@@ -6,24 +6,24 @@ the rest says which quantity it is. Everything is big-endian.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitway.api import Floats
-from gaitway_drivers.codecs.xbus.framer import Bytes
+from gaitway_drivers.codecs.xbus.framer import Bytes, MessageRun
 
 ITEM_HEADER_BYTES: Final = 3
 MAX_LAYOUTS: Final = 32
 """Layouts remembered; a device uses a handful, and a hostile stream can't fill memory."""
 
 FLOAT32, FP12_20, FP16_32, FLOAT64 = range(4)
-REAL_BYTES: Final = (4, 4, 6, 8)
-_FLOAT32, _FLOAT64, _INT32 = np.dtype(">f4"), np.dtype(">f8"), np.dtype(">i4")
 # The fraction comes first although everything else is big-endian.
 _FP16_32 = np.dtype([("fraction", ">u4"), ("whole", ">i2")])
+REALS: Final = (np.dtype(">f4"), np.dtype(">i4"), _FP16_32, np.dtype(">f8"))
+"""One real number in each format."""
 
 ENU, NED, NWU = 0x0, 0x4, 0x8
 
@@ -103,7 +103,7 @@ def value_bytes(data_id: int) -> int | None:
         return None
     if quantity.fields is not None:
         return quantity.fields.itemsize
-    return quantity.reals * REAL_BYTES[data_id & 0x3]
+    return quantity.reals * REALS[data_id & 0x3].itemsize
 
 
 class Item(NamedTuple):
@@ -113,8 +113,23 @@ class Item(NamedTuple):
     start: int
     stop: int
 
+    @property
+    def name(self) -> str:
+        """Its name among the items of a payload, which may hold two of one data id."""
+        return str(self.start)
 
-@dataclass(frozen=True, slots=True)
+    @property
+    def wire_type(self) -> np.dtype[Any]:
+        """How its value is sent."""
+        quantity = QUANTITIES.get(quantity_id(self.data_id))
+        if quantity is None:
+            return np.dtype(f"V{self.stop - self.start}")
+        if quantity.fields is None:
+            return np.dtype((REALS[self.data_id & 0x3], (quantity.reals,)))
+        return quantity.fields
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Layout:
     """Which items a payload holds and where; payloads of one stream share a few of these.
 
@@ -122,29 +137,35 @@ class Layout:
         items: In the order of the payload, up to the one that is wrong if there is one.
         fault: What is wrong with the payload; empty if nothing is.
         mask: 255 where a payload says what its items are, 0 where it holds values, shape (k,).
-        ids: What it says there, shape (k,).
+        ids: What it says there, as long as a payload.
     """
 
     items: tuple[Item, ...]
     fault: str
     mask: Bytes
-    ids: Bytes
-    _by_quantity: dict[int, Item] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        by_quantity = {quantity_id(item.data_id): item for item in reversed(self.items)}
-        object.__setattr__(self, "_by_quantity", by_quantity)
+    ids: bytes
 
     def find(self, quantity: int) -> Item | None:
         """Return the first item of a quantity, whatever its format and frame."""
-        return self._by_quantity.get(quantity)
+        return next((item for item in self.items if quantity_id(item.data_id) == quantity), None)
+
+    def record(self) -> np.dtype[np.void]:
+        """Return a payload as a record: a field for each item, under its name."""
+        return np.dtype(
+            {
+                "names": [item.name for item in self.items],
+                "formats": [item.wire_type for item in self.items],
+                "offsets": [item.start for item in self.items],
+                "itemsize": len(self.ids),
+            }
+        )
 
     def count_alike(self, payloads: Bytes) -> int:
         """Return how many of the payloads, from the first on, have this layout."""
-        told = payloads & self.mask
-        if told.tobytes() == self.ids.tobytes() * len(payloads):
+        ids = payloads & self.mask
+        if ids.tobytes() == self.ids * len(payloads):
             return len(payloads)
-        return int(np.argmax((told != self.ids).any(axis=1)))
+        return int(np.argmax((ids != np.frombuffer(self.ids, np.uint8)).any(axis=1)))
 
 
 def parse_layout(payload: bytes) -> Layout:
@@ -169,7 +190,7 @@ def parse_layout(payload: bytes) -> Layout:
             items.append(Item(data_id, start, start + size))
         at = start + size
     ids = np.frombuffer(payload, np.uint8) & mask
-    return Layout(tuple(items), fault, mask, ids)
+    return Layout(tuple(items), fault, mask, ids.tobytes())
 
 
 class LayoutCache:
@@ -178,54 +199,40 @@ class LayoutCache:
     def __init__(self) -> None:
         self._layouts: dict[int, Layout] = {}
 
-    def split(self, payloads: Bytes) -> list[tuple[Layout, Bytes]]:
-        """Return the payloads in runs of one layout.
-
-        Args:
-            payloads: Payloads of equal length, shape (n, k).
-        """
-        parts: list[tuple[Layout, Bytes]] = []
-        length = payloads.shape[1]
-        while len(payloads):
-            layout = self._layouts.get(length)
-            count = layout.count_alike(payloads) if layout is not None else 0
-            if layout is None or count == 0:
+    def split(self, run: MessageRun) -> list[tuple[Layout, MessageRun]]:
+        """Return measurements in runs of one layout."""
+        parts: list[tuple[Layout, MessageRun]] = []
+        while True:
+            payloads = run.payloads
+            layout = self._layouts.get(run.payload_bytes)
+            alike = layout.count_alike(payloads) if layout is not None else 0
+            if layout is None or alike == 0:
                 layout = parse_layout(payloads[0].tobytes())
-                count = layout.count_alike(payloads)
+                alike = layout.count_alike(payloads)
                 if len(self._layouts) >= MAX_LAYOUTS:
                     self._layouts.clear()
-                self._layouts[length] = layout
-            parts.append((layout, payloads[:count]))
-            payloads = payloads[count:]
-        return parts
+                self._layouts[run.payload_bytes] = layout
+            if alike == run.messages:
+                return [*parts, (layout, run)]
+            whole, run = run.split(alike)
+            parts.append((layout, whole))
 
 
-def decode_reals(item: Item, payloads: Bytes) -> Floats:
-    """Return an item made of real numbers, whatever their format, shape (n, reals).
+def decode_reals(data_id: int, sent: NDArray[Any]) -> Floats:
+    """Return real numbers, whatever their format, shape (n, reals).
 
     A signalling NaN from the device makes NumPy warn unless ``np.errstate`` says otherwise.
+
+    Args:
+        data_id: Its bits 0-1 are the format.
+        sent: The numbers as they were sent, shape (n, reals).
     """
-    block = payloads[:, item.start : item.stop]
-    number_format = item.data_id & 0x3
-    if number_format == FLOAT32:
-        return block.view(_FLOAT32).astype(np.float64)
-    if number_format == FLOAT64:
-        return block.view(_FLOAT64).astype(np.float64)
+    number_format = data_id & 0x3
     if number_format == FP12_20:
-        return block.view(_INT32) / 2.0**20
-    parts = block.view(_FP16_32)
-    return parts["whole"] + parts["fraction"] / 2.0**32
-
-
-def decode_item(item: Item, payloads: Bytes) -> NDArray[Any]:
-    """Return an item of any kind: shape (n, reals), or (n,) of integers, records or raw bytes."""
-    quantity = QUANTITIES.get(quantity_id(item.data_id))
-    if quantity is not None and quantity.reals:
-        return decode_reals(item, payloads)
-    block = payloads[:, item.start : item.stop]
-    if quantity is None or quantity.fields is None:
-        return block.view(f"V{item.stop - item.start}")[:, 0]
-    return block.view(quantity.fields)[:, 0]
+        return sent / 2.0**20
+    if number_format == FP16_32:
+        return sent["whole"] + sent["fraction"] / 2.0**32
+    return sent.astype(np.float64)
 
 
 def encode_reals(data_id: int, values: Floats) -> bytes:

@@ -9,10 +9,10 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, TypeVar
+from itertools import pairwise
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitway.api import (
     NS_PER_S,
@@ -22,7 +22,6 @@ from gaitway.api import (
     Fault,
     Floats,
     HandshakeFailed,
-    Ints,
 )
 from gaitway_drivers.codecs.xbus.counter import PacketCounter
 from gaitway_drivers.codecs.xbus.readings import (
@@ -42,9 +41,6 @@ TEMPERATURE_INTERVAL_NS: Final = 60 * NS_PER_S
 """Temperature is told again when it changed by a step, and not more often than this."""
 
 
-AnyNumber = TypeVar("AnyNumber", np.float64, np.int64)
-
-
 @dataclass(slots=True)
 class _Instant:
     """What is known so far about one moment of the device's clock."""
@@ -54,14 +50,14 @@ class _Instant:
     values: dict[str, Floats]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Segment:
-    """Samples with the same kinds of values, shape (n,) and (n, k)."""
+    """Samples with the same kinds of values, each of shape (n, k)."""
 
     arrival_ns: int
-    device_ns: Ints
+    device_ns: list[int]
     values: Mapping[str, Floats]
-    restarted: bool
+    restarted: bool = False
 
 
 class Sampler:
@@ -106,18 +102,19 @@ class Sampler:
             self._add_untimed(t_ns, readings)
             return
         if readings.temperatures is not None:
-            self._note_temperature(t_ns, readings.temperatures, readings.ticks * TICK_NS)
+            at_ns = [tick * TICK_NS for tick in readings.ticks]
+            self._note_temperature(t_ns, readings.temperatures, at_ns)
         if (
-            self._open is None
-            and self._unsplit >= UNSPLIT_INSTANTS
+            self._unsplit >= UNSPLIT_INSTANTS
+            and self._open is None
             and is_complete(readings.values)
         ):
             device_ns = self._clock.advance_all(readings.ticks)
             if device_ns is not None:
                 self._lost += self._counter.advance(readings.counters)
-                self._segments.append(_Segment(t_ns, device_ns, readings.values, restarted=False))
+                self._segments.append(_Segment(t_ns, device_ns, readings.values))
                 return
-        for index in range(readings.count):
+        for index in range(readings.messages):
             self._add_one(t_ns, readings.row(index))
 
     def flush(self, t_ns: int) -> list[CodecItem]:
@@ -148,7 +145,7 @@ class Sampler:
 
     def _add_one(self, t_ns: int, one: Readings) -> None:
         assert one.ticks is not None
-        tick = int(one.ticks[0])
+        (tick,) = one.ticks
         if self._open is not None and tick == self._open.tick:
             if one.values:
                 self._open.values.update(one.values)
@@ -185,16 +182,13 @@ class Sampler:
         instant, self._open = self._open, None
         if instant is not None and is_complete(instant.values):
             at_ns, restarted = self._clock.advance(instant.tick)
-            device_ns = np.array((at_ns,), dtype=np.int64)
-            self._segments.append(
-                _Segment(instant.arrival_ns, device_ns, instant.values, restarted)
-            )
+            self._segments.append(_Segment(instant.arrival_ns, [at_ns], instant.values, restarted))
 
     def _add_untimed(self, t_ns: int, readings: Readings) -> None:
         """Take measurements without SampleTimeFine: counter times period is their time."""
         whole = is_complete(readings.values) and not self._timed
         steps: list[int] = []
-        for index in range(readings.count):
+        for index in range(readings.messages):
             counters = readings.counters
             missing = self._counter.advance(None if counters is None else [counters[index]])
             self._lost += missing
@@ -203,7 +197,8 @@ class Sampler:
         if whole and self.period_s is None:
             self._refuse_untimed(t_ns)
         elif whole and self.period_s is not None:
-            device_ns = np.rint(np.array(steps) * (self.period_s * NS_PER_S)).astype(np.int64)
+            period_ns = self.period_s * NS_PER_S
+            device_ns = [round(step * period_ns) for step in steps]
             self._segments.append(_Segment(t_ns, device_ns, readings.values, self._steps_restarted))
             self._steps_restarted = False
             self._untimed = True
@@ -219,8 +214,8 @@ class Sampler:
             )
             self._items.append(HandshakeFailed(t_ns, reason))
 
-    def _note_temperature(self, t_ns: int, temperatures: Floats, device_ns: Ints) -> None:
-        for celsius, at_ns in zip(temperatures.tolist(), device_ns.tolist(), strict=True):
+    def _note_temperature(self, t_ns: int, temperatures: list[float], device_ns: list[int]) -> None:
+        for celsius, at_ns in zip(temperatures, device_ns, strict=True):
             if not math.isfinite(celsius):
                 continue
             if self._temperature is not None:
@@ -235,9 +230,10 @@ class Sampler:
 
     def _find_period(self, t_ns: int) -> list[CodecItem]:
         """Take the most common step of the first samples as the period."""
-        device_ns = np.concatenate([s.device_ns for s in self._segments])[:PERIOD_SAMPLES]
-        steps_ns = np.diff(device_ns)
-        counts = Counter(steps_ns[steps_ns > 0].tolist())
+        device_ns = [at_ns for segment in self._segments for at_ns in segment.device_ns]
+        device_ns = device_ns[:PERIOD_SAMPLES]
+        steps_ns = [after - before for before, after in pairwise(device_ns)]
+        counts = Counter(step_ns for step_ns in steps_ns if step_ns > 0)
         if not counts:
             self._segments = []
             return [Fault(t_ns, "no-period", len(device_ns), "too few samples to tell their rate")]
@@ -246,30 +242,27 @@ class Sampler:
         return [DeviceStatus(t_ns, {"sample_rate_hz": round(1.0 / self.period_s, 3)})]
 
     def _batches(self, period_s: float) -> list[CodecItem]:
-        groups: list[list[tuple[_Segment, dict[str, Floats]]]] = []
+        groups: list[list[_Segment]] = []
         for segment in self._segments:
-            channels = to_channels(segment.values, period_s)
-            if groups and not segment.restarted and groups[-1][0][1].keys() == channels.keys():
-                groups[-1].append((segment, channels))
+            segment.values = to_channels(segment.values, period_s)
+            alike = groups and groups[-1][0].values.keys() == segment.values.keys()
+            if alike and not segment.restarted:
+                groups[-1].append(segment)
             else:
-                groups.append([(segment, channels)])
+                groups.append([segment])
         return [_batch(group, period_s) for group in groups]
 
 
-def _batch(group: list[tuple[_Segment, dict[str, Floats]]], period_s: float) -> DeviceBatch:
-    segments = [segment for segment, _ in group]
-    names = group[0][1].keys()
-    return DeviceBatch(
-        arrival_ns=segments[-1].arrival_ns,
-        device_ns=_frozen([segment.device_ns for segment in segments]),
-        period_s=period_s,
-        channels={name: _frozen([channels[name] for _, channels in group]) for name in names},
-        restarted=segments[0].restarted,
-    )
-
-
-def _frozen(parts: list[NDArray[AnyNumber]]) -> NDArray[AnyNumber]:
-    """Return the parts one below the other, read-only."""
-    rows = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    rows.setflags(write=False)
-    return rows
+def _batch(segments: list[_Segment], period_s: float) -> DeviceBatch:
+    first, last = segments[0], segments[-1]
+    device_ns, channels = first.device_ns, first.values
+    if first is not last:
+        device_ns = [at_ns for segment in segments for at_ns in segment.device_ns]
+        channels = {
+            name: np.concatenate([segment.values[name] for segment in segments])
+            for name in channels
+        }
+    at_ns = np.array(device_ns, np.int64)
+    for rows in (at_ns, *channels.values()):
+        rows.setflags(write=False)
+    return DeviceBatch(last.arrival_ns, at_ns, period_s, channels, first.restarted)

@@ -1,8 +1,7 @@
 """The device's clock: SampleTimeFine, which wraps, unwrapped."""
 
+from operator import lt
 from typing import Final
-
-from gaitway.api import Ints
 
 TICK_NS: Final = 100_000
 """SampleTimeFine counts at 10 kHz."""
@@ -20,14 +19,9 @@ in the ten minutes before an end is mistaken, and the host's own clock shows tha
 
 
 class TickClock:
-    """Turns raw ticks into device time that goes on across a wrap.
-
-    Attributes:
-        last_ns: Device time of the latest sample; None before the first.
-    """
+    """Turns raw ticks into device time that goes on across a wrap."""
 
     def __init__(self) -> None:
-        self.last_ns: int | None = None
         self._raw: int | None = None
         self._offset = 0
         self._restarted = False
@@ -46,19 +40,17 @@ class TickClock:
         """Tell whether a message is older than the latest sample."""
         return self._raw is not None and (raw - self._raw) % FULL_TICKS > FULL_TICKS // 2
 
-    def advance_all(self, raw: Ints) -> Ints | None:
-        """Return device time in nanoseconds of samples in plain rising order, shape (n,).
+    def advance_all(self, raw: list[int]) -> list[int] | None:
+        """Return device time in nanoseconds of samples in plain rising order.
 
         None, and nothing is done, if there is anything special among them.
         """
-        if self._restarted or (self._raw is not None and int(raw[0]) <= self._raw):
+        if self._restarted or (self._raw is not None and raw[0] <= self._raw):
             return None
-        if len(raw) > 1 and not (raw[1:] > raw[:-1]).all():
+        if not all(map(lt, raw, raw[1:])):
             return None
-        self._raw = int(raw[-1])
-        device_ns = (raw + self._offset) * TICK_NS
-        self.last_ns = int(device_ns[-1])
-        return device_ns
+        self._raw, offset = raw[-1], self._offset
+        return [(ticks + offset) * TICK_NS for ticks in raw]
 
     def advance(self, raw: int) -> tuple[int, bool]:
         """Return device time in nanoseconds of the next sample, and whether it begins anew."""
@@ -70,8 +62,7 @@ class TickClock:
             restarted = wrap_ticks is None
             self._offset = 0 if wrap_ticks is None else self._offset + wrap_ticks
         self._raw = raw
-        self.last_ns = (raw + self._offset) * TICK_NS
-        return self.last_ns, restarted
+        return (raw + self._offset) * TICK_NS, restarted
 
     def would_restart(self, raw: int) -> bool:
         """Tell whether ``advance`` would say that the clock begins anew."""
