@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from gaitway.api import Bout
 from gaitway.estimation import ATT, GYRO_BIAS, rotation
+from gaitway_plugins.crutch_tip.books import Books, Pitches
 from gaitway_plugins.crutch_tip.force import ContactDetector, piecewise_line
 from gaitway_plugins.crutch_tip.inclination import expected_lean, vertical_d
 from gaitway_plugins.crutch_tip.params import (
@@ -16,6 +18,7 @@ from gaitway_plugins.crutch_tip.params import (
     PAPER_KNOTS_VOLT,
     CrutchTipParams,
 )
+from gaitway_plugins.crutch_tip.stances import ForceMeter, Stance
 from gaitway_plugins.crutch_tip.tilt import Tilt, turned_back
 
 
@@ -74,6 +77,45 @@ def test_edges_alternate_last_and_do_not_depend_on_how_forces_come(forces, hold,
 def test_a_bounce_is_no_contact():
     detector = ContactDetector(25.2, 6)
     assert detector.extend(np.array([0.0] * 10 + [80.0] * 5 + [0.0] * 10)) == []
+
+
+def test_contact_and_lift_are_where_the_force_passes_the_same_threshold():
+    force = np.concatenate([np.arange(0.0, 100.0), np.arange(100.0, 0.0, -1.0)])
+    contact, lift = ContactDetector(25.2, 3).extend(force)
+    assert force[contact.sample - 1] < 25.2 <= force[contact.sample]
+    assert force[lift.sample] < 25.2 <= force[lift.sample - 1]
+
+
+def test_a_force_about_the_threshold_does_not_flicker():
+    force = np.array([0.0] * 5 + ([26.0] * 9 + [23.0] * 9) * 5)
+    assert len(ContactDetector(25.2, 3).extend(force)) == 1
+
+
+@given(cuts=st.lists(st.integers(1, 99), max_size=5))
+def test_a_stance_s_force_is_the_same_however_it_comes(cuts):
+    force = np.random.default_rng(2).uniform(30.0, 300.0, 100)
+    told = []
+    for edges in ([0, 100], [0, *sorted(set(cuts)), 100]):
+        stance, meter = Stance(0, 0), ForceMeter(0.01, 5)
+        meter.begin()
+        for start, stop in pairwise(edges):
+            meter.measure(stance, force[start:stop])
+        told.append((stance.peak_newton, stance.rate_newtonps, stance.count))
+        assert stance.mean_newton == pytest.approx(force.mean())
+    assert told[0] == pytest.approx(told[1])
+
+
+def test_a_step_that_is_stood_on_for_long_counts_once_and_in_the_bout_it_ends():
+    books, events = Books(CrutchTipParams()), []
+    pitches = Pitches(-0.3, 0.01, 0.3, 0.01)
+    for number in range(6):
+        stance = Stance(0, number * 2_000_000_000, lift_ns=number * 2_000_000_000 + 1_000_000_000)
+        if number == 2:
+            events += books.standing(stance, pitches)
+        events += books.stance(stance, pitches)
+    events += books.close()
+    bouts = [event for event in events if isinstance(event, Bout) and event.phase == "end"]
+    assert [bout.strides for bout in bouts] == [2, 3]
 
 
 def test_a_planted_sensor_feels_its_own_turning():
