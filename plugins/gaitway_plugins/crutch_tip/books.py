@@ -47,9 +47,11 @@ class Books:
         return [*events, self._load(stance, pitches)]
 
     def standing(self, stance: Stance, pitches: Pitches | None) -> list[Event]:
-        """Take a stance that is too long for one of walking and goes on: the bout ends with it."""
+        """Take a stance that is too long for one of walking and goes on: a bout ends with it."""
         self._standing = True
-        return [*self._step(stance, pitches, stance.contact_ns), *self.close()]
+        # Where nobody walked before, it is leaning on the crutch.
+        counted = self._step(stance, pitches, stance.contact_ns) if self._steps else []
+        return [*counted, *self.close()]
 
     def advance(self, t_ns: int) -> list[Event]:
         """Let time pass unloaded; return the end of a bout when the pause grew too long."""

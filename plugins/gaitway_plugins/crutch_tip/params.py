@@ -55,7 +55,7 @@ class CrutchTipParams(Params):
     """A longer one is leaning on the crutch; it is told as a load, but is no step."""
     max_swing_s: float = Field(4.0, gt=0.0)
     """A longer relief is no swing."""
-    min_swing_rad: float = Field(0.06, gt=0.0)
+    min_swing_rad: float = Field(0.08, gt=0.0)
     """A swing takes the tip forward by at least this change of pitch; tapping does not."""
     max_pause_s: float = Field(4.0, gt=0.0)
     """A longer time without a step ends the bout."""
