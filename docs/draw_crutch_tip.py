@@ -1,49 +1,67 @@
-"""Draw docs/pictures/crutch-tip.png: both methods on one simulated walk with a turn."""
+"""Draw ``docs/pictures/crutch_tip.png``: a simulated walk by both methods of the crutch tip."""
 
 from pathlib import Path
 
-import numpy as np
-from matplotlib.figure import Figure
+import matplotlib as mpl
 
-from gaitway.api import SampleBatch, WalkPlan
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from gaitway.api import NS_PER_S, Load, SampleBatch, WalkPlan
 from gaitway.mounting import mount, rotation_from_mounting
 from gaitway_plugins.crutch_tip.estimator import CrutchTipEstimator
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
 from gaitway_plugins.crutch_tip.simulation import MOUNTING, simulate
 
+PLAN = WalkPlan(10.0, seed=8, rest_s=1.0, turn_back=True, conditions={"turn_cycles": 2.0})
+PICTURE = Path(__file__).parent / "pictures" / "crutch_tip.png"
+
 
 def main() -> None:
-    walk = simulate(WalkPlan(10.0, seed=1002, turn_back=True))
+    walk = simulate(PLAN)
     t_s = np.arange(len(walk.pos_n)) / walk.rate_hz
-    t_ns = np.round(1e9 * t_s).astype(np.int64)
-    samples = SampleBatch(t_ns, 1.0 / walk.rate_hz, 0, walk.channels)
-    batch = mount(samples, rotation_from_mounting(MOUNTING))
-    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    pitch, error, force = figure.subplots(3, 1, sharex=True)
+    t_ns = np.round(t_s * NS_PER_S).astype(np.int64)
+    batch = mount(
+        SampleBatch(t_ns, 1.0 / walk.rate_hz, 0, walk.channels), rotation_from_mounting(MOUNTING)
+    )
+    figure, (pitch, error, force) = plt.subplots(
+        3, 1, figsize=(10, 9), sharex=True, layout="constrained"
+    )
     true_deg = np.degrees(walk.truth["pitch_rad"])
-    pitch.plot(t_s, true_deg, "k", linewidth=2.5, alpha=0.3, label="true")
-    for method in ("published", "default"):
+    pitch.plot(t_s, true_deg, "k", linewidth=3.0, alpha=0.35, label="true")
+    for method, colour in (("published", "C1"), ("default", "C0")):
         estimator = CrutchTipEstimator(CrutchTipParams(method=method))
         trace = estimator.start_trace()
-        estimator.update(batch)
-        estimator.finish()
-        rows = np.array(trace.rows)
-        pitch.plot(t_s, np.degrees(rows[:, 0]), linewidth=1.0, label=method)
-        error.plot(t_s, np.degrees(rows[:, 0]) - true_deg, linewidth=1.0, label=method)
-    sigma = 1.96 * np.degrees(rows[:, 1])
-    error.fill_between(t_s, -sigma, sigma, alpha=0.2, label="95 % of the default")
-    force.plot(t_s, rows[:, 2], linewidth=1.0)
-    force.fill_between(t_s, 0.0, rows[:, 3] * rows[:, 2].max(), alpha=0.15, label="stance")
-    turns = walk.truth["turning"] > 0.0
-    for start_s, end_s in zip(walk.stride_start_s[turns], walk.stride_end_s[turns], strict=True):
-        for axes in (pitch, error, force):
-            axes.axvspan(start_s, end_s, color="purple", alpha=0.08)
-    pitch.set(ylabel="pitch, degrees", title="One walk with a turn (purple)")
-    error.set(ylabel="error, degrees")
-    force.set(ylabel="force, newton", xlabel="seconds")
+        events = [*estimator.update(batch), *estimator.finish()]
+        told_deg, sigma_deg, _, _ = np.degrees(trace.rows).T
+        pitch.plot(t_s, told_deg, colour, linewidth=1.0, label=method)
+        error.plot(t_s, told_deg - true_deg, colour, linewidth=1.0, label=method)
+    error.fill_between(t_s, -1.96 * sigma_deg, 1.96 * sigma_deg, color="C0", alpha=0.2, lw=0)
+    pitch.plot(t_s, np.degrees(walk.channels["inclination"][:, 0]), "C2:", lw=0.8,
+               label="inclinometer")  # fmt: skip
+    pitch.set(ylabel="pitch, deg", ylim=(-45, 55),
+              title="A simulated walk, 5 m there and back, with a crutch")  # fmt: skip
+    error.set(ylabel="error of the pitch, deg", ylim=(-12, 12))
+    loads = [event for event in events if isinstance(event, Load)]
+    force.plot(t_s, walk.channels["force"][:, 0], "C0", linewidth=1.0, label="measured")
+    force.plot(t_s, walk.truth["force_newton"], "k", linewidth=2.5, alpha=0.35, label="true")
+    force.errorbar(
+        [0.5 * (load.start_t_ns + load.t_ns) / NS_PER_S for load in loads],
+        [load.peak_force_newton for load in loads],
+        [1.96 * load.peak_force_sigma_newton for load in loads],
+        fmt="C3o", markersize=3, capsize=3, label="peak told, 95 %",
+    )  # fmt: skip
+    force.set(ylabel="axial force, N", xlabel="time, s", ylim=(-10, 360))
     for axes in (pitch, error, force):
+        axes.fill_between(
+            t_s, 0.0, 1.0, where=walk.truth["turning"] > 0.0, color="C4", alpha=0.15, lw=0,
+            transform=axes.get_xaxis_transform(), label="turning",
+        )  # fmt: skip
         axes.legend(loc="upper right", fontsize=8)
-    figure.savefig(Path(__file__).parent / "pictures" / "crutch-tip.png", dpi=90)
+    PICTURE.parent.mkdir(exist_ok=True)
+    figure.savefig(PICTURE, dpi=100)
 
 
 if __name__ == "__main__":

@@ -49,10 +49,10 @@ def gaitway_devices() -> Sequence[DeviceType]:
             requires=(GYRO, (FORCE, FORCE_VOLT), (INCLINATION, ACCEL)),
             params=CrutchTipParams,
             make_estimator=_make_estimator,
-            measured=("body_mass_kg",),
             default_mounting={"x": "up", "y": "right", "z": "forward"},
             simulate=_simulate,
             summarise=_summarise,
             calibrations=CALIBRATIONS,
+            measured=("body_mass_kg",),
         )
     ]

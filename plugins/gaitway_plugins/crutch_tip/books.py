@@ -9,7 +9,7 @@ from gaitway_plugins.crutch_tip.stances import Stance
 
 GRAVITY_MPS2 = 9.80665
 SECONDS_PER_MINUTE = 60.0
-SCALE_SIGMA = 0.02
+SCALE_SIGMA = 0.01
 """Relative standard deviation of a force: hysteresis and friction of the paper's sliding part."""
 
 
@@ -37,34 +37,32 @@ class Books:
         self._start_ns = 0
         self._end_ns = 0
         self._told = False
+        self._standing = False
 
     def stance(self, stance: Stance, pitches: Pitches | None) -> list[Event]:
         """Take a stance that is over, and its pitches if they are known."""
-        events: list[Event] = [self._load(stance, pitches)]
-        if self._is_step(stance, pitches):
-            assert self._before is not None
-            if not self._steps:
-                self._start_ns = self._before[0].contact_ns
-            self._steps += 1
-            self._end_ns = stance.lift_ns
-            if not self._told and self._steps >= self._params.min_bout_steps:
-                self._told = True
-                start = Bout(t_ns=self._start_ns, phase="start", start_t_ns=self._start_ns)
-                events.insert(0, start)
-        else:
-            events = [*self.close(), *events]
+        events = [] if self._standing else self._step(stance, pitches, stance.lift_ns)
+        self._standing = False
         self._before = (stance, pitches)
-        return events
+        return [*events, self._load(stance, pitches)]
+
+    def standing(self, stance: Stance, pitches: Pitches | None) -> list[Event]:
+        """Take a stance that is too long for one of walking and goes on: a bout ends with it."""
+        self._standing = True
+        # Where nobody walked before, it is leaning on the crutch.
+        counted = self._step(stance, pitches, stance.contact_ns) if self._steps else []
+        return [*counted, *self.close()]
 
     def advance(self, t_ns: int) -> list[Event]:
-        """Let time pass; return the end of a bout when the pause grew too long."""
+        """Let time pass unloaded; return the end of a bout when the pause grew too long."""
         if not self._steps or t_ns - self._end_ns <= self._params.max_pause_s * NS_PER_S:
             return []
         return self.close()
 
-    def broken(self) -> None:
-        """Take that samples are missing: the next stance follows none."""
-        self._before = None
+    def half_seen(self, stance: Stance, pitches: Pitches | None) -> None:
+        """Take a stance whose contact was missed: not told, but the next step begins there."""
+        self._before = (stance, pitches)
+        self._standing = False
 
     def close(self) -> list[Event]:
         """End the present bout; nothing when there is none."""
@@ -88,6 +86,20 @@ class Books:
             )
         ]
 
+    def _step(self, stance: Stance, pitches: Pitches | None, end_ns: int) -> list[Event]:
+        """Count a stance that a step led to; any other ends the bout."""
+        if not self._is_step(stance, pitches):
+            return self.close()
+        assert self._before is not None
+        if not self._steps:
+            self._start_ns = self._before[0].lift_ns
+        self._steps += 1
+        self._end_ns = end_ns
+        if self._told or self._steps < self._params.min_bout_steps:
+            return []
+        self._told = True
+        return [Bout(t_ns=self._start_ns, phase="start", start_t_ns=self._start_ns)]
+
     def _is_step(self, stance: Stance, pitches: Pitches | None) -> bool:
         """Tell whether the crutch was swung forward from the stance before and put down."""
         p = self._params
@@ -95,13 +107,8 @@ class Books:
             return False
         before, of_before = self._before[0], self._before[1]
         swing_s = (stance.contact_ns - before.lift_ns) / NS_PER_S
-        stance_s = (stance.lift_ns - stance.contact_ns) / NS_PER_S
         forward_rad = of_before.lift_rad - pitches.contact_rad
-        return (
-            swing_s <= p.max_swing_s
-            and stance_s <= p.max_stance_s
-            and forward_rad >= p.min_swing_rad
-        )
+        return swing_s <= p.max_swing_s and forward_rad >= p.min_swing_rad
 
     def _load(self, stance: Stance, pitches: Pitches | None) -> Load:
         p = self._params

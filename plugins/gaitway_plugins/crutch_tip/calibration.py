@@ -1,30 +1,39 @@
 """What can be calibrated on a crutch tip."""
 
 from collections.abc import Sequence
-from typing import Final, Literal
+from typing import Final
 
 from pydantic import Field
 
-from gaitway.api import Calibration, CalibrationPart, CalibrationResult, CalibrationStep, Params
+from gaitway.api import (
+    Calibration,
+    CalibrationPart,
+    CalibrationResult,
+    CalibrationStep,
+    Params,
+)
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
 
 
 class ForceOptions(Params):
     """Of ``force``."""
 
-    pieces: int = Field(3, ge=1, le=6)
-    """Straight pieces of the line at most (paper: 3)."""
+    least_newton: float = Field(200.0, gt=0.0)
+    """Span of forces that has to be covered."""
 
 
 class InclinometerOptions(Params):
-    """Of ``inclinometer``: none."""
+    """Of ``inclinometer``."""
+
+    least_deg: float = Field(30.0, gt=0.0)
+    """Span of inclinations that has to be covered."""
 
 
 class GyroScaleOptions(Params):
     """Of ``gyro-scale``."""
 
-    axis: Literal["x", "y", "z"] = "y"
-    """Axis of the device about which it is turned: y is pitch."""
+    turned_deg: float = Field(90.0, ge=30.0, le=3600.0)
+    """By how much the crutch was turned each time, either way."""
 
 
 def _force(
@@ -32,37 +41,34 @@ def _force(
 ) -> CalibrationResult:
     from gaitway_plugins.crutch_tip.force_fit import fit_force  # noqa: PLC0415  heavy
 
-    del params
-    return fit_force(parts, options.pieces)
+    return fit_force(parts, params.force_dead_volt, options.least_newton)
 
 
 def _inclinometer(
-    params: CrutchTipParams, options: InclinometerOptions, parts: Sequence[CalibrationPart]
+    _params: CrutchTipParams, options: InclinometerOptions, parts: Sequence[CalibrationPart]
 ) -> CalibrationResult:
-    from gaitway_plugins.crutch_tip.line_fits import fit_inclinometer  # noqa: PLC0415  heavy
+    from gaitway_plugins.crutch_tip.inclinometer_fit import fit_inclinometer  # noqa: PLC0415
 
-    del params, options
-    return fit_inclinometer(parts)
+    return fit_inclinometer(parts, options.least_deg)
 
 
 def _gyro_scale(
-    params: CrutchTipParams, options: GyroScaleOptions, parts: Sequence[CalibrationPart]
+    _params: CrutchTipParams, options: GyroScaleOptions, parts: Sequence[CalibrationPart]
 ) -> CalibrationResult:
-    from gaitway_plugins.crutch_tip.line_fits import fit_gyro_scale  # noqa: PLC0415  heavy
+    from gaitway_plugins.crutch_tip.gyro_fit import fit_gyro_scale  # noqa: PLC0415  heavy
 
-    del params
-    return fit_gyro_scale(parts, "xyz".index(options.axis))
+    return fit_gyro_scale(parts, options.turned_deg)
 
 
 CALIBRATIONS: Final = (
     Calibration(
         name="force",
-        summary="volts to newtons, against a scale or a force plate: a line of up to three pieces",
+        summary="volts to newtons, against a force plate or a scale",
         steps=(
             CalibrationStep(
-                "Press the upright crutch onto a scale and hold the load for 2 s. Use ten loads "
-                "or more, from 30 N to the greatest, some of them while unloading. 1 kg shown is "
-                "9.81 N.",
+                "Stand the crutch upright on the plate, load it and hold the load steady. Take 12 "
+                "loads or more from 30 N to the greatest, some while loading, some while "
+                "relieving.",
                 duration_s=2.0,
                 asks="force_newton",
                 repeat=True,
@@ -73,13 +79,14 @@ CALIBRATIONS: Final = (
     ),
     Calibration(
         name="inclinometer",
-        summary="pitch from the inclinometer's reading: a line through known angles",
+        summary="gain and zero of the inclinometer, against a protractor",
         steps=(
             CalibrationStep(
-                "Clamp the crutch at a known pitch, negative where the tip is ahead, and leave it "
-                "still for 2 s. Use three angles or more, from -30 to +30 degrees.",
+                "Clamp the crutch at an inclination forward or backward and read the protractor: "
+                "degrees from upright, negative where the tip is ahead. Take 5 or more, from -30 "
+                "to 30.",
                 duration_s=2.0,
-                asks="pitch_rad",
+                asks="inclination_deg",
                 repeat=True,
             ),
         ),
@@ -88,13 +95,12 @@ CALIBRATIONS: Final = (
     ),
     Calibration(
         name="gyro-scale",
-        summary="scale of the gyroscope, from turns by a known angle",
+        summary="gain of the gyroscope's pitch axis, by turns of a known angle",
         steps=(
             CalibrationStep(
-                "Leave the crutch still for 1 s, turn it about its pitch axis by a known angle "
-                "(90 degrees or more, the top going forward is positive), and leave it still for "
-                "1 s.",
-                asks="angle_rad",
+                "Hold the crutch still for 2 s, tip it forward or backward by the known angle "
+                "(from upright against a wall to flat on the floor: 90 degrees), and hold it still "
+                "for 2 s. Three times or more, both ways.",
                 repeat=True,
             ),
         ),

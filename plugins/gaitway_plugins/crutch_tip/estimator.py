@@ -12,9 +12,9 @@ from gaitway_plugins.crutch_tip.books import Books, Pitches
 from gaitway_plugins.crutch_tip.checks import Checks, change
 from gaitway_plugins.crutch_tip.force import ContactDetector, Edge
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
-from gaitway_plugins.crutch_tip.stances import ForceMeter, Stance
+from gaitway_plugins.crutch_tip.stances import ForceMeter, Stance, kept_samples, smoothing_samples
 from gaitway_plugins.crutch_tip.stream import FORCE, GYRO_D, UP_D, Rows, Stream
-from gaitway_plugins.crutch_tip.tracker import make_tracker, smoothing_samples
+from gaitway_plugins.crutch_tip.trackers import make_tracker
 
 CHUNK_S: Final = 0.1
 """Samples are worked on in chunks of this, counted from the beginning of a stretch, so that it does
@@ -88,7 +88,7 @@ class Stretch:
         self._period_s = period_s
         self._books = books
         self._chunk: Final = max(1, round(CHUNK_S / period_s))
-        self._keep: Final = round(params.window_s / period_s)
+        self._keep: Final = kept_samples(params, period_s)
         self._tracker = make_tracker(params, period_s)
         self._checks = Checks(params, period_s)
         self._meter = ForceMeter(period_s, smoothing_samples(params, period_s))
@@ -111,7 +111,6 @@ class Stretch:
         events = self._flush()
         self._tracker.broken(gap.duration_s)
         self._begin()
-        self._books.broken()
         return events
 
     def finish(self) -> list[Event]:
@@ -131,6 +130,8 @@ class Stretch:
         if self._waiting is not None and len(self._waiting):
             events = self._work(self._waiting)
         self._waiting = None
+        if self._stance is not None:
+            self._tracker.relieved(self._contact.index)
         self._tell_trace(all_of_them=True)
         return events
 
@@ -143,7 +144,7 @@ class Stretch:
             events += self._on_contact(edge) if edge.loaded else self._on_lift(edge)
         if self._stance is not None:
             self._measure_until(self._stance, self._contact.index)
-        events += self._books.advance(int(rows.t_ns[-1]))
+        events += self._stand(int(rows.t_ns[-1]))
         if self.trace is not None:
             self._untold.extend(
                 (t, f, float(self._stance is not None))
@@ -152,37 +153,54 @@ class Stretch:
         self._tell_trace()
         return events
 
+    def _stand(self, t_ns: int) -> list[Event]:
+        """Let time pass: a stance or a pause may grow too long for walking."""
+        stance = self._stance
+        if stance is None:
+            return self._books.advance(t_ns)
+        if stance.pitch is not None or stance.contact == 0:
+            return []
+        if (self._contact.index - stance.contact) * self._period_s <= self._params.max_stance_s:
+            return []
+        stance.pitch = self._tracker.pitch(stance.contact)
+        return self._books.standing(stance, self._pitches(stance, self._contact.index))
+
+    def _pitches(self, stance: Stance, end: int) -> Pitches | None:
+        if self._checks.misplaced:
+            return None
+        contact = stance.pitch or self._tracker.pitch(stance.contact)
+        return Pitches(*contact, *self._tracker.pitch(end))
+
     def _on_contact(self, edge: Edge) -> list[Event]:
-        rows = self._rows(edge.index, edge.index + 1)
-        self._stance = Stance(edge.index, int(rows.t_ns[0]))
+        rows = self._rows(edge.sample, edge.sample + 1)
+        self._stance = Stance(edge.sample, int(rows.t_ns[0]))
         self._meter.begin()
-        self._measured = edge.index
-        self._tracker.loaded(edge.index)
+        self._measured = edge.sample
+        self._tracker.loaded(edge.sample)
         return []
 
     def _on_lift(self, edge: Edge) -> list[Event]:
         stance, self._stance = self._stance, None
         if stance is None:
             return []
-        self._measure_until(stance, edge.index)
+        self._measure_until(stance, edge.sample)
         stance.lift, stance.lift_ns = (
-            edge.index,
-            int(self._rows(edge.index, edge.index + 1).t_ns[0]),
+            edge.sample,
+            int(self._rows(edge.sample, edge.sample + 1).t_ns[0]),
         )
         events = self._compare(stance)
-        self._tracker.relieved(edge.index)
-        if (edge.index - stance.contact) * self._period_s < self._params.min_stance_s:
+        self._tracker.relieved(edge.sample)
+        if (edge.sample - stance.contact) * self._period_s < self._params.min_stance_s:
             return events
-        pitches = None
-        if not self._checks.misplaced:
-            pitches = Pitches(
-                *self._tracker.pitch(stance.contact), *self._tracker.pitch(stance.lift)
-            )
+        pitches = self._pitches(stance, stance.lift)
+        if stance.contact == 0:
+            self._books.half_seen(stance, pitches)
+            return events
         return [*events, *self._books.stance(stance, pitches)]
 
     def _compare(self, stance: Stance) -> list[Event]:
         """Compare how inclinometer and gyroscope saw the stance turn."""
-        edge = round(self._params.stance_edge_s / self._period_s)
+        edge = round(self._params.settle_s / self._period_s)
         middle = self._rows(stance.contact + edge, stance.lift - edge)
         if len(middle) < edge:
             return []

@@ -1,7 +1,6 @@
 """From volts to newtons, and from newtons to contact and lift."""
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -36,21 +35,22 @@ def piecewise_line(x: Floats, knots_x: Floats, knots_y: Floats) -> Floats:
     return y
 
 
-@dataclass(frozen=True, slots=True)
-class Edge:
+class Edge(NamedTuple):
     """The crutch is loaded or relieved.
 
     Attributes:
-        index: Number of the first sample that is.
+        sample: Number of the first that is.
         loaded: Which of the two.
     """
 
-    index: int
+    sample: int
     loaded: bool
 
 
 class ContactDetector:
     """Finds contacts and lifts by a threshold with hysteresis, confirmed when they last.
+
+    Both are told where the force passed the one threshold: the hysteresis only decides.
 
     Args:
         force_min_newton: Force from which the crutch is loaded (the paper's F_min).
@@ -66,6 +66,7 @@ class ContactDetector:
         self._hold: Final = max(1, hold)
         self._loaded = False
         self._changed = 0
+        self._above = 0
         self.index = 0
 
     def extend(self, force: Floats) -> list[Edge]:
@@ -75,8 +76,11 @@ class ContactDetector:
             other = value < self._off if self._loaded else value >= self._on
             self._changed = self._changed + 1 if other else 0
             self.index += 1
+            if value >= self._on:
+                self._above = self.index
             if self._changed >= self._hold:
                 self._loaded = not self._loaded
-                edges.append(Edge(self.index - self._changed, self._loaded))
+                first = self.index - self._changed if self._loaded else self._above
+                edges.append(Edge(first, self._loaded))
                 self._changed = 0
         return edges

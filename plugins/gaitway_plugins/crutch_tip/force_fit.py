@@ -1,8 +1,10 @@
-"""The force calibration: a continuous line of few pieces from volts to newtons."""
+"""From volts and newtons to the continuous piecewise line of the force sensor.
+
+Sesar et al. (2019), Eqs. 1 to 3, fit three lines by themselves, with limits set by hand; theirs
+jump by 5 to 6 N. Here the pieces meet, and where they meet is fitted too.
+"""
 
 from collections.abc import Sequence
-from functools import partial
-from itertools import combinations
 from typing import Any, Final
 
 import numpy as np
@@ -15,134 +17,149 @@ from gaitway.api import (
     Floats,
     SampleBatch,
 )
+from gaitway_plugins.crutch_tip.agreement import Agreement
 from gaitway_plugins.crutch_tip.force import piecewise_line
 
-MIN_LOADS: Final = 6
-LOADS_A_PIECE: Final = 3
-MIN_SPAN_NEWTON: Final = 100.0
-MIN_R2: Final = 0.98
-CANDIDATES: Final = 16
-PAPER_RMS_NEWTON: Final = 8.78
+LEAST_READINGS: Final = 8
+LEAST_R_SQUARED: Final = 0.95
+DOUBTFUL_NEWTON: Final = 20.0
+LEAST_SIGMA_NEWTON: Final = 2.0
+PLACES: Final = 20
+"""Places tried for each knot at a time, of equally many readings each."""
+LEAST_SHARE: Final = 0.08
+"""Of the readings have to lie on each piece."""
 
 
-def channel_mean(part: CalibrationPart, name: str, column: int = 0) -> float:
-    """Return the mean of a channel over all samples of a part.
-
-    Raises:
-        CalibrationError: The part holds none of it.
-    """
-    values = [
-        item.channels[name][:, column]
-        for item in part.items
-        if isinstance(item, SampleBatch) and name in item.channels
-    ]
-    if not values:
-        raise CalibrationError(f"nothing of the channel {name} was recorded (check the device)")
-    return float(np.mean(np.concatenate(values)))
-
-
-def fit_force(parts: Sequence[CalibrationPart], pieces: int) -> CalibrationResult:
-    """Return the line of at most ``pieces`` pieces through the loads of all parts.
-
-    Raises:
-        CalibrationError: Too few loads, too little range, or no line fits them.
-    """
-    volts = np.array([channel_mean(part, FORCE_VOLT.name) for part in parts])
-    newtons = np.array([np.nan if part.answer is None else part.answer for part in parts])
-    _check(volts, newtons)
-    knots_x, knots_y = continuous_line(volts, newtons, pieces)
-    if np.any(np.diff(knots_y) <= 0.0):
-        raise CalibrationError("the force does not rise with the voltage (check the wiring)")
-    error = piecewise_line(volts, knots_x, knots_y) - newtons
-    r2 = 1.0 - float(np.var(error) / np.var(newtons))
-    if r2 < MIN_R2:
-        raise CalibrationError(
-            f"R^2 is {r2:.3f}, {MIN_R2} is asked for: loads and voltages don't belong together "
-            "(hold each load still while it is recorded)"
-        )
-    return _result(volts, newtons, error, knots_x, knots_y, r2)
-
-
-def continuous_line(x: Floats, y: Floats, pieces: int) -> tuple[Floats, Floats]:
-    """Return knots of the continuous piecewise line of least squares, ends included.
-
-    A line with inner knots k is ``a + b x + sum c_i max(0, x - k_i)``: linear but for the knots,
-    which are searched on a grid of quantiles. Another piece is taken only where it lessens
-    Schwarz's criterion, so that few loads don't make many pieces.
-    """
-    best: Floats = np.empty(0)
-    lowest = np.inf
-    grid = np.unique(np.quantile(x, np.linspace(0.1, 0.9, CANDIDATES)))
-    for count in range(min(pieces, len(x) // LOADS_A_PIECE)):
-        for inner in combinations(grid.tolist(), count):
-            edges = np.array([-np.inf, *inner, np.inf])
-            if np.histogram(x, edges)[0].min() < 2:
-                continue
-            knots = np.array(inner)
-            residual = y - _basis(x, knots) @ _solved(x, y, knots)
-            criterion = len(x) * np.log(max(float(np.mean(residual**2)), 1e-12))
-            criterion += (2 + 2 * count) * np.log(len(x))
-            if criterion < lowest:
-                best, lowest = knots, criterion
-    knots_x = np.array([min(0.0, float(x.min())), *best, float(x.max())])
-    return knots_x, _basis(knots_x, best) @ _solved(x, y, best)
-
-
-def _basis(x: Floats, knots: Floats) -> Floats:
-    return np.column_stack([np.ones_like(x), x, np.maximum(0.0, x[:, np.newaxis] - knots)])
-
-
-def _solved(x: Floats, y: Floats, knots: Floats) -> Floats:
-    solution = np.linalg.lstsq(_basis(x, knots), y, rcond=None)[0]
-    return np.asarray(solution, dtype=np.float64)
-
-
-def _check(volts: Floats, newtons: Floats) -> None:
-    if np.isnan(newtons).any():
-        raise CalibrationError("a load without its force: type what the scale shows")
-    if len(volts) < MIN_LOADS:
-        raise CalibrationError(f"{len(volts)} loads: {MIN_LOADS} or more are needed")
-    if np.ptp(newtons) < MIN_SPAN_NEWTON:
-        raise CalibrationError(
-            f"the loads span {np.ptp(newtons):.0f} N: {MIN_SPAN_NEWTON:.0f} N or more are needed"
-        )
-
-
-def _result(
-    volts: Floats, newtons: Floats, error: Floats, knots_x: Floats, knots_y: Floats, r2: float
+def fit_force(
+    parts: Sequence[CalibrationPart], dead_volt: float, least_newton: float
 ) -> CalibrationResult:
-    freedom = max(1, len(error) - (2 * len(knots_x) - 2))
-    rms = float(np.sqrt(np.sum(error**2) / freedom))
-    bias, spread = float(np.mean(error)), 1.96 * float(np.std(error, ddof=1))
-    warnings = []
-    if rms > PAPER_RMS_NEWTON:
-        warnings.append(f"RMS {rms:.1f} N; the paper reaches {PAPER_RMS_NEWTON} N")
+    """Return the knots of the line from volts to newtons.
+
+    Args:
+        parts: One a steady load, or one a sample where the load never stood still.
+        dead_volt: Readings below tell nothing.
+        least_newton: Span of forces that has to be covered.
+
+    Raises:
+        CalibrationError: The readings don't make a line.
+    """
+    volt, newton = _readings(parts)
+    alive = volt >= dead_volt
+    volt, newton = volt[alive], newton[alive]
+    if len(volt) < LEAST_READINGS:
+        raise CalibrationError(
+            f"{len(volt)} readings above {dead_volt} V: take {LEAST_READINGS} or more"
+        )
+    span = float(np.ptp(newton))
+    if span < least_newton:
+        raise CalibrationError(
+            f"the forces span {span:.0f} N: load the crutch from little to {least_newton:.0f} N "
+            "and more"
+        )
+    knots_volt, knots_newton = fit_line(volt, newton)
+    agreement = Agreement(piecewise_line(volt, knots_volt, knots_newton), newton, "N")
+    _judge(agreement, knots_newton)
+    doubts = [] if agreement.rms <= DOUBTFUL_NEWTON else ["load slowly: friction or delay shows"]
+
+    def picture(figure: Any) -> None:
+        line, difference = figure.subplots(2, 1)
+        line.plot(volt, newton, ".", markersize=4, label="reference")
+        line.plot(knots_volt, knots_newton, "o-", label="fit")
+        line.set(xlabel="V", ylabel="N", title="Force")
+        line.legend()
+        agreement.draw(difference)
+
     return CalibrationResult(
         params={
-            "force_knots_volt": [round(value, 5) for value in knots_x.tolist()],
-            "force_knots_newton": [round(value, 3) for value in knots_y.tolist()],
-            "force_sigma_newton": round(max(rms, 1.0), 2),
+            "force_knots_volt": np.round(knots_volt, 4).tolist(),
+            "force_knots_newton": np.round(knots_newton, 2).tolist(),
+            "force_sigma_newton": round(max(LEAST_SIGMA_NEWTON, agreement.rms), 2),
         },
         findings=[
-            f"{len(knots_x) - 1} straight pieces through {len(volts)} loads, R^2 = {r2:.4f}",
-            f"RMS {rms:.2f} N (degrees of freedom taken off)",
-            f"Bland-Altman: {bias:+.2f} N, limits {bias - spread:+.1f}, {bias + spread:+.1f} N",
+            "knots "
+            + ", ".join(
+                f"{v:.3f} V = {n:.1f} +- {agreement.rms:.1f} N"
+                for v, n in zip(knots_volt, knots_newton, strict=True)
+            ),
+            *agreement.findings(),
         ],
-        warnings=warnings,
-        picture=partial(_draw, volts, newtons, error, knots_x, knots_y),
+        warnings=doubts,
+        picture=picture,
     )
 
 
-def _draw(
-    volts: Floats, newtons: Floats, error: Floats, knots_x: Floats, knots_y: Floats, figure: Any
-) -> None:
-    line, agreement = figure.subplots(1, 2)
-    line.plot(volts, newtons, "o", label="loads")
-    line.plot(knots_x, knots_y, "-", label="fit")
-    line.set(xlabel="volt", ylabel="newton", title="Calibration")
-    line.legend()
-    bias, spread = float(np.mean(error)), 1.96 * float(np.std(error, ddof=1))
-    agreement.plot(newtons + 0.5 * error, error, "o")
-    for level in (bias - spread, bias, bias + spread):
-        agreement.axhline(level, linestyle="--", color="gray")
-    agreement.set(xlabel="mean of both, newton", ylabel="fit - scale, newton", title="Bland-Altman")
+def fit_line(volt: Floats, newton: Floats) -> tuple[Floats, Floats]:
+    """Return the four knots of the continuous line of least squares with two free inner ones.
+
+    The inner knots are moved in turn between places with equally many readings, ever closer.
+
+    Args:
+        volt: Shape (n,).
+        newton: Shape (n,).
+    """
+    order = np.sort(volt)
+    shares = np.array([0.33, 0.67])
+    reach = 0.33
+    while reach > 0.5 / len(volt) and reach > 1e-3:
+        for inner in (0, 1, 0, 1):
+            tried = shares[inner] + reach * np.linspace(-1.0, 1.0, PLACES)
+            shares[inner] = min(
+                tried.tolist(),
+                key=lambda at: _misfit(_with(shares, inner, at), order, volt, newton),
+            )
+        reach *= 0.4
+    knots = _knots(shares, order)
+    return knots, _heights(knots, volt, newton)
+
+
+def _with(shares: Floats, inner: int, at: float) -> Floats:
+    moved = shares.copy()
+    moved[inner] = at
+    return moved
+
+
+def _misfit(shares: Floats, order: Floats, volt: Floats, newton: Floats) -> float:
+    edges = np.array([0.0, *shares, 1.0])
+    knots = _knots(np.clip(shares, 0.0, 1.0), order)
+    if (np.diff(edges) < LEAST_SHARE).any() or (np.diff(knots) <= 0.0).any():
+        return float("inf")
+    missing = piecewise_line(volt, knots, _heights(knots, volt, newton)) - newton
+    return float(missing @ missing)
+
+
+def _knots(shares: Floats, order: Floats) -> Floats:
+    return np.array([order[0], *np.quantile(order, shares).tolist(), order[-1]])
+
+
+def _heights(knots: Floats, volt: Floats, newton: Floats) -> Floats:
+    """Return the newtons at knots that fit best: hat functions, least squares."""
+    hats = [np.interp(volt, knots, row) for row in np.eye(len(knots))]
+    return np.array(np.linalg.lstsq(np.array(hats).T, newton, rcond=None)[0].tolist())
+
+
+def _readings(parts: Sequence[CalibrationPart]) -> tuple[Floats, Floats]:
+    """Return mean volts and the newtons that were told, of each part."""
+    volt, newton = [], []
+    for part in parts:
+        batches = [item for item in part.items if isinstance(item, SampleBatch)]
+        if any(FORCE_VOLT.name not in batch.channels for batch in batches):
+            raise CalibrationError("force_volt is missing: the device tells newtons already")
+        if batches and part.answer is not None:
+            values = np.concatenate([batch.channels[FORCE_VOLT.name][:, 0] for batch in batches])
+            volt.append(float(np.nanmean(values)))
+            newton.append(part.answer)
+    known = np.isfinite(volt) & np.isfinite(newton)
+    return np.array(volt)[known], np.array(newton)[known]
+
+
+def _judge(agreement: Agreement, knots_newton: Floats) -> None:
+    if (np.diff(knots_newton) <= 0.0).any():
+        raise CalibrationError(
+            "more volts do not mean more newtons everywhere: cover the range evenly, load and "
+            "relieve slowly"
+        )
+    if agreement.r_squared < LEAST_R_SQUARED:
+        raise CalibrationError(
+            f"R^2 {agreement.r_squared:.3f}: volts and newtons do not belong together (are plate "
+            "and crutch recorded at the same time?)"
+        )

@@ -55,22 +55,28 @@ class CrutchTipParams(Params):
     """A longer one is leaning on the crutch; it is told as a load, but is no step."""
     max_swing_s: float = Field(4.0, gt=0.0)
     """A longer relief is no swing."""
-    min_swing_rad: float = Field(0.1, gt=0.0)
+    min_swing_rad: float = Field(0.08, gt=0.0)
     """A swing takes the tip forward by at least this change of pitch; tapping does not."""
     max_pause_s: float = Field(4.0, gt=0.0)
     """A longer time without a step ends the bout."""
     min_bout_steps: int = Field(2, ge=1)
     """A bout is told from this many steps in a row on."""
 
-    inclination_sigma_rad: float = Field(0.008, gt=0.0)
-    """Standard deviation of a stance's mean inclination, from mounting and acceleration."""
-    inclination_shared_sigma_rad: float = Field(0.0045, ge=0.0)
-    """Standard deviation of what all inclinations share and no filter sees: offset and lag of the
-    inclinometer (paper, 2.2: 0.8 degrees of nonlinearity at most), mounting by eye."""
-    inclination_lag_s: float = Field(0.01, ge=0.0)
-    """By how much the inclinometer may be late: 18 Hz of bandwidth."""
-    inclination_lever_s2: float = Field(0.02, ge=0.0)
-    """Its error for each rad/s^2 of angular acceleration: lever arm over gravity."""
+    imu_sample: Literal["instant", "interval"] = "instant"
+    """What a sample of gyroscope and accelerometer stands for: instant: its moment, as those of a
+    chip like the paper's; interval: the time since the sample before, as those of an Xsens MTi.
+    The difference is half a period: at 50 Hz and a fast swing a degree of pitch."""
+    imu_height_m: float = Field(0.1, ge=0.0, le=1.0)
+    """Of inclinometer and accelerometer above the rubber's sole, about which a planted crutch
+    turns: what they feel of that is taken off."""
+    inclination_lag_s: float = Field(0.009, ge=0.0, le=0.1)
+    """By which the inclinometer is late: the paper's SCA100T passes 18 Hz."""
+    settle_s: float = Field(0.1, ge=0.0)
+    """Default method: what is dropped at both ends of a stance, in the place of stance_edge_s."""
+    inclination_sigma_rad: float = Field(0.004, gt=0.0)
+    """Standard deviation of a mean inclination that is another in each stance."""
+    inclination_offset_sigma_rad: float = Field(0.0047, gt=0.0)
+    """And of what stays the same: mounting, zero of the inclinometer."""
     inclination_window_s: float = Field(0.4, gt=0.0)
     """The inclinometer is taken in as means over this, within a stance."""
     roll_sigma_rad: float = Field(0.1, gt=0.0)
@@ -89,7 +95,7 @@ class CrutchTipParams(Params):
     """Greatest mean angular rate at rest: beyond a bias it is a slow turn."""
     max_bridge_s: float = Field(0.1, ge=0.0)
     """Longest gap that is bridged; a longer one costs the stance it is in."""
-    stride_time_sigma_s: float = Field(0.015, gt=0.0)
+    stride_time_sigma_s: float = Field(0.0065, gt=0.0)
     """Standard deviation of one contact time."""
 
     @model_validator(mode="after")

@@ -1,181 +1,192 @@
-"""A person walking with a crutch that has sensors in its tip, with exact truth.
+"""A person walking with a crutch, with exact truth.
 
-The tip stands still while it is loaded and the crutch turns forward over it; in the air it is
-swung back. The path that is told is that of the tip.
+The planted crutch turns about its rubber tip while the person walks past; relieved, the tip is
+swung forward over the floor (Sesar et al. 2019, Figures 7 and 10). The point whose path is measured
+is the tip, origin of frame d. Where the person turns round, the crutch leans sideways meanwhile,
+so that the turn shows on its y axis: what the paper's turning cycles suffer from.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import pi, radians
+from math import radians
 from typing import Final
 
 import numpy as np
 
-from gaitway.api import (
-    ACCEL,
-    FORCE,
-    FORCE_VOLT,
-    INCLINATION,
-    INCLINATION_ROLL,
-    Floats,
-    SimulatedWalk,
-    WalkPlan,
-    frozen_rows,
-)
+from gaitway.api import GYRO, Floats, SimulatedWalk, WalkPlan, frozen_rows
 from gaitway.simulation import (
-    GRAVITY_MPS2,
+    Curve,
     ImuModel,
+    Person,
     RigidMotion,
-    Triad,
     TrueStride,
-    ideal_imu,
+    imu_attitude,
     mounted,
     record,
     stream,
 )
-from gaitway_plugins.crutch_tip.course import Planted, crutch_motion, plan_stances
-from gaitway_plugins.crutch_tip.params import PAPER_KNOTS_NEWTON, PAPER_KNOTS_VOLT
+from gaitway_plugins.crutch_tip.simulated_force import Loading, force_at, loads_of, passing_times_s
+from gaitway_plugins.crutch_tip.simulated_gait import (
+    GRASP_S,
+    Habit,
+    Stance,
+    motion_of,
+    stances_of,
+)
+from gaitway_plugins.crutch_tip.simulated_sensors import Readings
 
 MOUNTING: Final = {"x": "up", "y": "right", "z": "forward"}
-TIP_TO_IMU_D: Final = (0.02, 0.0, 0.12)
-CONDITIONS: Final = {
-    "sensor": ("mti", "cheap"),
-    "force": ("newton", "volt"),
-    "seen": ("all", "no-roll", "no-accel", "neither", "accel-only"),
-    "load": ("usual", "dragged"),
+AWRY_SIGMA_RAD: Final = radians(0.3)
+"""Standard deviation of each angle by which the IMU is fixed awry in the tip."""
+DEFAULTS: Final[dict[str, str | float]] = {
+    "channels": "all",
+    "samples": "instant",
+    "sensor": "mti",
+    "peak_force_newton": 0.0,
+    "turn_cycles": 0.0,
+    "imu_height_m": 0.1,
+    "gyro_bias_dps": 0.0,
+    "shock": 1.0,
 }
-"""Names and values of ``WalkPlan.conditions``; the first value is the default."""
-_HIDDEN: Final = {
-    "all": set[str](),
-    "no-roll": {INCLINATION_ROLL.name},
-    "no-accel": {ACCEL.name},
-    "neither": {INCLINATION_ROLL.name, ACCEL.name},
-    "accel-only": {INCLINATION.name, INCLINATION_ROLL.name},
+WORDS: Final = {
+    "channels": ("all", "no-roll", "no-accel", "accel", "volt"),
+    "samples": ("instant", "interval"),
+    "sensor": ("mti", "mems"),
 }
-_LAG_S: Final = 1.0 / (2.0 * pi * 18.0)
-"""Of the inclinometer: 18 Hz of bandwidth (SCA100T data sheet)."""
-_DEAD_VOLT: Final = 0.04
-_CHEAP: Final = ImuModel(
-    gyro=replace(ImuModel().gyro, noise_rthz=radians(0.03), bias=radians(0.6), scale=4e-3),
-    accel=Triad(300e-6 * GRAVITY_MPS2, 0.06, 1e-4, 5e-3, 2e-3, 16.0 * GRAVITY_MPS2, 0.005),
-)
+MEMS: Final = ImuModel(
+    gyro=replace(
+        ImuModel().gyro, noise_rthz=radians(0.02), bias=radians(0.7), scale=3e-3,
+        misalignment_rad=radians(0.3),
+    ),
+    accel=replace(ImuModel().accel, noise_rthz=300e-6 * 9.80665, bias=0.05, scale=3e-3),
+)  # fmt: skip
+"""A cheap chip."""
 
 
 def simulate(plan: WalkPlan) -> SimulatedWalk:
     """Return a walk with a crutch.
 
-    A stride is a cycle of the paper, from one lift to the next. Truth: ``pitch_rad``, ``roll_rad``
-    and ``force_newton``, one value a sample; ``contact_s``, ``lift_s`` and ``peak_newton`` of the
-    stance that ends a stride, and ``turning``, 1 where its cycle turns the person, else 0.
+    A stride is one step of the crutch: from the contact before (for the first: from lifting it) to
+    its contact, its length the horizontal distance between the two places of the tip.
+
+    Conditions:
+        channels: ``all``: force in newtons, accelerometer, inclinometer of two axes; ``no-roll``:
+            one axis; ``no-accel``; ``accel``: no inclinometer; ``volt``: all, force in volts.
+        samples: ``instant`` or ``interval``, as the parameter ``imu_sample``.
+        sensor: ``mti``, or ``mems``: a cheap chip.
+        peak_force_newton: Usual greatest force; drawn where 0.
+        turn_cycles: In how many cycles (1 to 3) a person who walks back turns; drawn where 0.
+        imu_height_m: Of the sensors above the sole.
+        gyro_bias_dps: Added to the gyroscope's three axes.
+        shock: How hard the tip is put down, 0 not at all.
+
+    Truth, one value a sample: ``pitch_rad``, ``roll_rad``, ``force_newton``, ``stance`` and
+    ``turning`` (0 or 1). Of the stance that ends each stride: ``contact_s`` and ``lift_s``, where
+    the force passes 25.2 N (the paper's F_min), ``contact_pitch_rad`` and ``lift_pitch_rad`` there,
+    and ``peak_force_newton``.
 
     Args:
-        plan: What to walk. Conditions: ``sensor`` ``mti`` or ``cheap``; ``force`` ``newton`` or
-            ``volt``; ``seen`` ``all``, ``no-roll``, ``no-accel``, ``neither`` or ``accel-only``;
-            ``load`` ``usual`` or ``dragged`` (10 to 24 N stay on the tip in the swing).
+        plan: What to walk; ``distance_m`` is reached to within half a stride.
 
     Raises:
-        ValueError: A condition is unknown.
+        ValueError: The plan's speed is out of reach, or a condition unknown.
     """
-    conditions = _checked(plan.conditions)
+    conditions = _conditions(plan)
+    person = Person.draw(plan.seed)
     rng = stream(plan.seed, "crutch-tip")
-    planted = plan_stances(plan, rng)
-    motion = crutch_motion(planted, stream(plan.seed, "crutch-tip-swings", plan.repetition))
-    strides = [
-        TrueStride(a.lift_s, b.lift_s, float(np.hypot(b.x_m - a.x_m, b.y_m - a.y_m)))
-        for a, b in pairwise(planted)
-    ]
-    place = mounted(MOUNTING, TIP_TO_IMU_D, rng.normal(0.0, radians(0.3), 3).tolist())
-    model = _CHEAP if conditions["sensor"] == "cheap" else None
-    end_s = planted[-1].lift_s + max(plan.rest_s, 0.5)
-    walk = record(plan, motion, place, end_s, strides, model=model)
-    return _with_tip(walk, plan, motion, planted, conditions)
+    habit = Habit.draw(person, plan, rng)
+    if conditions["peak_force_newton"]:
+        habit = replace(habit, peak_newton=float(conditions["peak_force_newton"]))
+    if plan.repetition:
+        rng = stream(plan.seed, "crutch-tip", plan.repetition)
+    stances = stances_of(plan, habit, person, int(float(conditions["turn_cycles"])), rng)
+    motion = motion_of(stances, person, habit, float(conditions["shock"]), rng)
+    duration_s = stances[-1].contact_s + GRASP_S + plan.rest_s
+    return _recorded(plan, conditions, stances, motion, duration_s)
 
 
-def true_force(planted: Sequence[Planted], t_s: Floats, rng: np.random.Generator) -> Floats:
-    """Return the axial force, newtons, shape (n,): one or two humps a stance."""
-    force = np.zeros(len(t_s))
-    for stance in planted[1:]:
-        share = (t_s - stance.contact_s) / (stance.lift_s - stance.contact_s)
-        inside = (share > 0.0) & (share < 1.0)
-        hump = np.sin(pi * share[inside]) ** 0.7
-        hump *= 1.0 + rng.uniform(-0.25, 0.25) * np.cos(2.0 * pi * share[inside])
-        force[inside] = stance.peak_newton * hump / hump.max()
-    return force
+def _conditions(plan: WalkPlan) -> dict[str, str | float]:
+    unknown = set(plan.conditions) - set(DEFAULTS)
+    if unknown:
+        raise ValueError(f"conditions {sorted(unknown)}: known are {', '.join(DEFAULTS)}")
+    found = DEFAULTS | dict(plan.conditions)
+    for name, words in WORDS.items():
+        if found[name] not in words:
+            raise ValueError(f"condition {name} {found[name]!r}: one of {', '.join(words)}")
+    return found
 
 
-def _checked(given: Mapping[str, str | float]) -> dict[str, str]:
-    for name, value in given.items():
-        if value not in CONDITIONS.get(name, ()):
-            raise ValueError(f"conditions: {name} = {value!r}: known are {CONDITIONS}")
-    known = {name: values[0] for name, values in CONDITIONS.items()}
-    return known | {name: str(value) for name, value in given.items()}
+@dataclass(frozen=True, slots=True)
+class _Later:
+    """A curve that is ahead by some time."""
+
+    curve: Curve
+    ahead_s: float
+
+    def __call__(self, t_s: Floats, order: int = 0) -> Floats:
+        return self.curve(t_s + self.ahead_s, order)
 
 
-def _with_tip(
-    walk: SimulatedWalk,
+def _recorded(
     plan: WalkPlan,
+    conditions: dict[str, str | float],
+    stances: Sequence[Stance],
     motion: RigidMotion,
-    planted: Sequence[Planted],
-    conditions: Mapping[str, str],
+    duration_s: float,
 ) -> SimulatedWalk:
-    rng = stream(plan.seed, "crutch-tip-sensors", plan.repetition)
+    tilt_rad = stream(plan.seed, "crutch-tip awry").normal(0.0, AWRY_SIGMA_RAD, 3).tolist()
+    place = mounted(MOUNTING, (0.0, 0.0, float(conditions["imu_height_m"])), tilt_rad)
+    # ``record`` gives means over the interval before; of the moment means over half of it after.
+    ahead_s = 0.5 / plan.rate_hz if conditions["samples"] == "instant" else 0.0
+    sensed = RigidMotion(_Later(motion.position, ahead_s), _Later(motion.angles, ahead_s))
+    model = MEMS if conditions["sensor"] == "mems" else ImuModel()
+    strides = [
+        TrueStride(
+            before.contact_s if number else before.lift_s,
+            after.contact_s,
+            float(np.hypot(after.x_m - before.x_m, after.y_m - before.y_m)),
+        )
+        for number, (before, after) in enumerate(pairwise(stances))
+    ]
+    walk = record(plan, sensed, place, duration_s, strides, model=model)
     t_s = np.arange(len(walk.pos_n)) / plan.rate_hz
-    force = true_force(planted, t_s, rng)
-    if conditions["load"] == "dragged":
-        rubbing = np.convolve(rng.standard_normal(len(t_s)), np.ones(20) / 20**0.5, mode="same")
-        force = np.maximum(force, np.clip(17.0 + 3.0 * rubbing, 10.0, 24.0))
-    channels = dict(walk.channels)
-    channels |= _inclinations(plan, motion, len(t_s), rng)
-    channels |= _force_channel(plan, force, conditions["force"], rng)
-    hidden = _HIDDEN[conditions["seen"]]
-    angles = motion.angles(t_s)
+    readings = Readings(plan, str(conditions["channels"]), motion, place.device_to_imu_d)
+    bias_radps = radians(float(conditions["gyro_bias_dps"]))
+    gyro = frozen_rows(walk.channels[GYRO.name] + bias_radps, 3)
+    imu = {**walk.channels, GYRO.name: gyro}
+    loads = loads_of(stances, duration_s)
+    force = force_at(loads, t_s)
     return replace(
         walk,
-        channels={name: values for name, values in channels.items() if name not in hidden},
-        truth={
-            "pitch_rad": angles[:, 1],
-            "roll_rad": angles[:, 2],
-            "force_newton": force,
-            "contact_s": np.array([stance.contact_s for stance in planted[1:]]),
-            "lift_s": np.array([stance.lift_s for stance in planted[1:]]),
-            "peak_newton": np.array([stance.peak_newton for stance in planted[1:]]),
-            "turning": np.array([float(stance.turning) for stance in planted[1:]]),
-        },
+        channels=readings.channels(imu, t_s, force),
+        pos_n=motion.position(t_s),
+        q_nb=imu_attitude(motion, place, t_s),
+        truth=_truth(stances, loads, motion, t_s),
     )
 
 
-def _inclinations(
-    plan: WalkPlan, motion: RigidMotion, n: int, rng: np.random.Generator
+def _truth(
+    stances: Sequence[Stance], loads: Sequence[Loading], motion: RigidMotion, t_s: Floats
 ) -> dict[str, Floats]:
-    """Return what an inclinometer of two axes reads: gravity and acceleration, 9 ms late."""
-    place = mounted({"x": "forward", "y": "left", "z": "up"}, TIP_TO_IMU_D)
-    felt = ideal_imu(motion, place, np.arange(-1, n) / plan.rate_hz).accel_b / GRAVITY_MPS2
-    share = 1.0 - np.exp(-1.0 / (plan.rate_hz * _LAG_S))
-    late = felt[:, :2].copy()
-    for row in range(1, n):
-        late[row] = late[row - 1] + share * (felt[row, :2] - late[row - 1])
-    reading = np.arcsin(np.clip(late * [-1.0, 1.0], -1.0, 1.0))
-    if not plan.ideal_sensor:
-        reading += np.radians(rng.normal(0.0, 0.4, 2))
-        reading += np.radians(0.3) * rng.standard_normal((n, 2))
+    passing_s = np.array([passing_times_s(load) for load in loads[1:]]).reshape(-1, 2)
+    contact_s, lift_s = passing_s.T
+    _, pitch, roll = motion.angles(t_s).T
+    on_floor = [(stance.contact_s <= t_s) & (t_s < stance.lift_s) for stance in stances]
+    turned = [
+        (before.lift_s <= t_s) & (t_s < after.lift_s)
+        for before, after in pairwise(stances)
+        if after.turning
+    ]
     return {
-        INCLINATION.name: frozen_rows(reading[:, 0], 1),
-        INCLINATION_ROLL.name: frozen_rows(reading[:, 1], 1),
+        "pitch_rad": pitch,
+        "roll_rad": roll,
+        "force_newton": force_at(loads, t_s),
+        "stance": np.any(on_floor, axis=0).astype(np.float64),
+        "turning": np.any([*turned, np.zeros(len(t_s), bool)], axis=0).astype(np.float64),
+        "contact_s": contact_s,
+        "lift_s": lift_s,
+        "contact_pitch_rad": motion.angles(contact_s)[:, 1],
+        "lift_pitch_rad": motion.angles(lift_s)[:, 1],
+        "peak_force_newton": np.array([load.peak_newton for load in loads[1:]]),
     }
-
-
-def _force_channel(
-    plan: WalkPlan, force: Floats, unit: str, rng: np.random.Generator
-) -> dict[str, Floats]:
-    """Return the force as read: gain, offset, friction of the sliding part, noise."""
-    read = force
-    if not plan.ideal_sensor:
-        gain, offset = float(rng.normal(1.0, 0.025)), float(rng.normal(0.0, 4.0))
-        friction = float(rng.normal(0.0, 3.0)) * np.sign(np.gradient(force))
-        read = np.where(force > 0.0, gain * force + friction, 0.0) + offset
-        read = read + 2.0 * rng.standard_normal(len(force))
-    if unit == "newton":
-        return {FORCE.name: frozen_rows(read, 1)}
-    volts = np.interp(read, PAPER_KNOTS_NEWTON, PAPER_KNOTS_VOLT)
-    return {FORCE_VOLT.name: frozen_rows(np.where(volts < _DEAD_VOLT, 0.0, volts), 1)}

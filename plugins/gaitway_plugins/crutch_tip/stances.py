@@ -6,6 +6,8 @@ from typing import Final
 import numpy as np
 
 from gaitway.api import Floats
+from gaitway.estimation import half_window
+from gaitway_plugins.crutch_tip.params import CrutchTipParams
 
 
 @dataclass(slots=True)
@@ -21,6 +23,7 @@ class Stance:
         rate_newtonps: Steepest rise before the peak.
         sum_newton: Of the forces.
         count: Of the samples.
+        pitch: At contact with its standard deviation, radians, once the stance is a long one.
     """
 
     contact: int
@@ -31,6 +34,7 @@ class Stance:
     rate_newtonps: float = 0.0
     sum_newton: float = 0.0
     count: int = 0
+    pitch: tuple[float, float] | None = None
 
     @property
     def mean_newton(self) -> float:
@@ -76,3 +80,13 @@ class ForceMeter:
                 self._steepest = max(self._steepest, slope)
             if mean > stance.peak_newton:
                 stance.peak_newton, stance.rate_newtonps = mean, self._steepest
+
+
+def smoothing_samples(params: CrutchTipParams, period_s: float) -> int:
+    """Return over how many samples a force is averaged."""
+    return 2 * half_window(params.force_smoothing_s, period_s) + 1
+
+
+def kept_samples(params: CrutchTipParams, period_s: float) -> int:
+    """Return how many samples are kept: those of the longest stance of walking, and a little."""
+    return round((max(params.window_s, params.max_stance_s) + 1.0) / period_s)

@@ -10,11 +10,12 @@ import numpy as np
 from gaitway.api import ACCEL, CLIP, GYRO, EstimatorInput, Floats, Gap, Ints, SampleBatch
 from gaitway.estimation import Break, norms
 from gaitway_plugins.crutch_tip.force import force_newton
-from gaitway_plugins.crutch_tip.inclination import lean_components
+from gaitway_plugins.crutch_tip.inclination import lean_components, lean_delays_s
 from gaitway_plugins.crutch_tip.params import CrutchTipParams
 
 GYRO_D, FORCE, UP_D, FELT, CLIPPED = slice(0, 3), 3, slice(4, 6), 6, 7
-COLUMNS: Final = 8
+DELAY_S = slice(8, 10)
+COLUMNS: Final = 10
 _NEEDED: Final = [0, 1, 2, FORCE, UP_D.start]
 
 
@@ -24,9 +25,10 @@ class Rows:
 
     Attributes:
         t_ns: Host time, shape (n,).
-        values: A row a sample, shape (n, 8): angular rate in d (rad/s), axial force (newtons), the
+        values: A row a sample, shape (n, 10): angular rate in d (rad/s), axial force (newtons), the
             vertical's measured components along d's x and y (NaN where unknown), length of the
-            specific force (m/s^2, NaN where unknown), and whether an axis clipped.
+            specific force (m/s^2, NaN where unknown), whether an axis clipped, and by how much
+            each component of the vertical is late (seconds).
     """
 
     t_ns: Ints
@@ -67,7 +69,7 @@ class Stream:
             self._restarted |= item.reason == "device-restart"
             return []
         rows = self._rows(item)
-        good = np.logical_and.reduce(np.isfinite(rows.values[:, _NEEDED]), axis=1)
+        good = np.atleast_1d(np.isfinite(rows.values[:, _NEEDED]).all(axis=1))
         out: list[Rows | Break] = []
         edges = [0, *(np.flatnonzero(np.diff(good)) + 1).tolist(), len(good)]
         for start, stop in pairwise(edges):
@@ -82,6 +84,7 @@ class Stream:
         values[:, GYRO_D] = batch.channels[GYRO.name] * self._params.gyro_gain
         values[:, FORCE] = force_newton(batch, self._params)
         values[:, UP_D] = lean_components(batch, self._params)
+        values[:, DELAY_S] = lean_delays_s(batch, self._params)
         if ACCEL.name in batch.channels:
             values[:, FELT] = norms(batch.channels[ACCEL.name])
         flags = batch.channels.get(CLIP.name)
