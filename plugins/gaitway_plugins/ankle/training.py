@@ -9,7 +9,8 @@ makes the paper's plain least squares explode.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -32,6 +33,7 @@ from gaitway_plugins.ankle.navigator import Navigator
 from gaitway_plugins.ankle.params import AnkleParams, TrainingOptions
 from gaitway_plugins.ankle.stretch import Stretch
 from gaitway_plugins.ankle.track import Track
+from gaitway_plugins.ankle.training_picture import draw_training
 
 _PRIOR_D: Final = np.array([0.0, 0.0, 0.2])
 _PRIOR_SIGMA_M: Final = np.array([0.06, 0.05, 0.1])
@@ -112,7 +114,11 @@ def fit_lever(
             f"the lever arm comes out {np.linalg.norm(lever_d):.2f} m long, which no sensor at an "
             "ankle has: check the mounting and the distance walked"
         )
-    return _result(lever_d, covariance, rms, parts[0].C_db, warnings, walks)
+    result = _result(lever_d, covariance, rms, parts[0].C_db, warnings, walks)
+    left = [_way_of(params, walk, lever_d)[2] for walk in walks]
+    sigmas_b = np.sqrt(np.diag(parts[0].C_db.T @ covariance @ parts[0].C_db))
+    picture = partial(draw_training, left, result.params["lever_arm_m"], sigmas_b)
+    return replace(result, picture=picture)
 
 
 def _result(
