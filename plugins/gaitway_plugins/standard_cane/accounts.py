@@ -184,7 +184,9 @@ class Accounts:
         step_ns = (end_ns - start_ns) // max(1, unseen + seen)
         events: list[Event] = []
         for _ in range(unseen):
-            events += self._ledger.add_stride(start_ns, start_ns + step_ns, length_m, sigma_m)
+            events += self._ledger.add_stride(
+                start_ns, start_ns + step_ns, length_m, sigma_m, interpolated=True
+            )
             start_ns += step_ns
         if unseen > 0:
             self._contact_ns = min(start_ns, lift_ns)
