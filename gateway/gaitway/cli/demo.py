@@ -14,8 +14,8 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -24,11 +24,8 @@ from gaitway.bus.subscriber import open_client
 from gaitway.cli.watch import describe
 from gaitway.errors import GaitwayError
 
-DEVICES: Final = ("quad-cane", "shank")
-PARAMS: Final = {
-    # As a person with a ruler would: the simulated sensor sits 0.10 m above the ankle.
-    "shank": ("params = { ankle_to_imu_m = 0.10, ankle_to_imu_sigma_m = 0.01 }",),
-}
+DEVICES: Final = {"quad-cane": "quad-cane", "shank": "shank"}
+"""Ids of the devices to what they are."""
 PORT: Final = 7447
 READY_WITHIN_S: Final = 20.0
 STOP_WITHIN_S: Final = 10.0
@@ -75,10 +72,12 @@ class Demo:
     Attributes:
         directory: Everything is below it.
         port: TCP port of the bus.
+        devices: Their ids to their types.
     """
 
     directory: Path
     port: int
+    devices: Mapping[str, str] = field(default_factory=lambda: DEVICES)
 
     @property
     def endpoint(self) -> str:
@@ -104,17 +103,18 @@ class Demo:
         lines = ['site = "demo"', "[bus]", f'listen = ["{self.endpoint}"]']
         lines += ["[recording]", 'directory = "recordings"', "min_free_gb = 0.1"]
         lines += ["[resume]", "within_s = 0"]  # what is going on ends with the demo
-        for device in DEVICES:
-            lines += ["[[devices]]", f'id = "{device}"', f'type = "{device}"']
+        for device, device_type in self.devices.items():
+            lines += ["[[devices]]", f'id = "{device}"', f'type = "{device_type}"']
             driver = f'transport = "serial", port = "{self.link(device)}", codec = "xbus"'
-            lines += [f"driver = {{ {driver} }}", *PARAMS.get(device, ())]
+            lines += [f"driver = {{ {driver} }}"]
         self.config.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     @contextlib.contextmanager
     def simulator(self, device: str, seed: int) -> Iterator[None]:
         """Run a simulated device until left."""
         arguments = [
-            *("simulate", device, "--link", str(self.link(device)), "--seed", str(seed)),
+            *("simulate", self.devices[device], "--link", str(self.link(device))),
+            *("--seed", str(seed)),
             *("--truth", str(self.truth(device)), "--distance", "12"),
         ]
         with (self.directory / f"{device}.log").open("w") as log, _process(arguments, log):
