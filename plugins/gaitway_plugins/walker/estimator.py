@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gaitway.api import Anomaly, EstimatorInput, Event, SampleBatch, Stride, Trace
+from gaitway.api import NS_PER_S, Anomaly, EstimatorInput, Event, SampleBatch, Stride, Trace
 from gaitway.estimation import Break, Saveable
 from gaitway_plugins.walker.accounts import Accounts
 from gaitway_plugins.walker.blocks import Block, Blocks
@@ -11,10 +11,12 @@ from gaitway_plugins.walker.checks import Checks
 from gaitway_plugins.walker.mover import Mover
 from gaitway_plugins.walker.navigator import WheelNavigator
 from gaitway_plugins.walker.params import WalkerParams
+from gaitway_plugins.walker.pieces import Piece
 from gaitway_plugins.walker.published import PaperNavigator
 from gaitway_plugins.walker.stillness import Stillness
 from gaitway_plugins.walker.tracing import Tracer
 from gaitway_plugins.walker.turns import Turns
+from gaitway_plugins.walker.upset import Upset
 
 if TYPE_CHECKING:
     from gaitway_plugins.walker.fix import Navigator
@@ -32,6 +34,7 @@ class WalkerEstimator(Saveable):
         self._accounts = Accounts(params)
         self._checks = Checks(params)
         self._turns = Turns(params)
+        self._upset = Upset(params)
         paper = params.method == "published"
         self._navigator: Navigator = PaperNavigator(params) if paper else WheelNavigator(params)
         self._mover = Mover(params)
@@ -86,14 +89,15 @@ class WalkerEstimator(Saveable):
         if self._held is not None:
             events += self._navigate(self._held, calm=self._stillness.last())
         for piece in self._mover.finish():
-            events += self._told(self._accounts.add(piece))
+            events += self._account(piece)
         self._held, self._stillness = None, Stillness(self._params)
         return events
 
     def _navigate(self, block: Block, *, calm: bool) -> list[Event]:
         fix = self._navigator.step(block, calm=calm)
         rate = block.gyro_d.mean(axis=0) - self._navigator.gyro_bias_d
-        events = self._checks.push(block, fix, float(rate[2]), float(rate[1]))
+        events = self._checks.push(block, fix, rate)
+        self._upset.push(block, fix)
         pieces = self._mover.push(fix)
         if self._checks.untrusted:
             pieces = [piece for piece in pieces if piece.kind != "roll"]
@@ -105,7 +109,7 @@ class WalkerEstimator(Saveable):
         if self._tracer is not None:
             self._tracer.write(block, fix, self._mover.phase)
         for piece in pieces:
-            events += self._told(self._accounts.add(piece))
+            events += self._account(piece)
         if self._mover.phase == "stand":
             events += self._accounts.pause(fix.t_ns)
         return [*events, *self._turns.push(fix)]
@@ -123,6 +127,14 @@ class WalkerEstimator(Saveable):
             *events,
             *self._accounts.unseen(gap.t_ns, gap.duration_s, "gap-in-stride", detail),
         ]
+
+    def _account(self, piece: Piece) -> list[Event]:
+        if not self._upset.refuses(piece):
+            return self._told(self._accounts.add(piece))
+        detail = "moved after it fell or was borne off, before it stood or rolled; not counted"
+        duration_s = (piece.t_ns - piece.start_ns) / NS_PER_S
+        said = self._accounts.unseen(piece.t_ns, duration_s, "distance-untrusted", detail)
+        return said if self._upset.tell() else said[1:]
 
     def _told(self, events: list[Event]) -> list[Event]:
         if self._tracer is not None:

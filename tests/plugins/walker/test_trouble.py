@@ -5,6 +5,8 @@ import pytest
 
 from gaitway_plugins.walker.params import WalkerParams
 
+HIGH = (-0.1, 0.05, 0.9)
+
 
 def anomalies(tools, walk):
     return [event.anomaly for event in tools.of(tools.said(walk), "anomaly")]
@@ -34,6 +36,56 @@ def test_a_reversed_encoder_is_said_and_no_distance_made_of_it(tools, sides):
     assert "distance-untrusted" in names
     assert not tools.of(events, "stride")
     assert tools.distance(events).distance_sigma_m > 1.0
+
+
+def quick_tips(tools, reverse=1.0):
+    """Return steps that roll while the back tips go up and down, as fast as people do."""
+    hand, tip, rng = tools.Hand(), np.radians(5.5), np.random.default_rng(1)
+    hand.go(2.0)
+    for _ in range(12):
+        n = round(rng.normal(650, 40))
+        up, roll, down = round(0.35 * n), round(0.7 * n), n - round(0.35 * n)
+        pitch, way = np.zeros(n), np.zeros(n)
+        pitch[:up] = tools.hump(tip)(up)
+        pitch[down:] = tools.hump(-tip)(n - down)
+        way[(n - roll) // 2 :][:roll] = tools.hump(0.4)(roll)
+        hand.go(n / 1000, roll=lambda _, way=way: way, pitch=lambda _, pitch=pitch: pitch)
+        hand.go(rng.normal(0.5, 0.03))
+    hand.go(2.0)
+    walk = tools.sensed(hand, imu=np.array(HIGH))
+    sides = ("left_ticks", "right_ticks")
+    return changed(walk, **{side: reverse * walk.channels[side] for side in sides})
+
+
+def test_quick_back_tips_are_no_wheels_that_count_backward(tools):
+    walk = quick_tips(tools)
+    events = tools.said(walk, imu_position_m=HIGH)
+    assert not tools.of(events, "anomaly")
+    assert len(tools.of(events, "stride")) == 12
+    assert tools.distance(events).distance_m == pytest.approx(walk.distance_m, abs=0.02)
+
+
+def test_back_tips_lifted_while_slowing_down_are_none_either(tools):
+    hand, tip, rng = tools.Hand(), np.radians(7.0), np.random.default_rng(1)
+    hand.go(2.0)
+    for _ in range(20):
+        n = round(rng.normal(700, 40))
+        pitch, begin, end = np.zeros(n), round(0.55 * n), round(0.9 * n)
+        pitch[begin:end] = tools.hump(tip)(end - begin)
+        hand.go(n / 1000, roll=tools.hump(0.4), pitch=lambda _, pitch=pitch: pitch)
+        hand.go(0.3, pitch=tools.hump(-tip))
+        hand.go(rng.normal(0.5, 0.03))
+    hand.go(2.0)
+    events = tools.said(tools.sensed(hand, imu=np.array(HIGH)), imu_position_m=HIGH)
+    assert not tools.of(events, "anomaly")
+
+
+def test_wheels_that_count_backward_are_seen_under_quick_back_tips_too(tools):
+    walk = quick_tips(tools, reverse=-1.0)
+    events = tools.said(walk, imu_position_m=HIGH)
+    named = {a.anomaly for a in tools.of(events, "anomaly")}
+    assert named == {"not-mounted-as-configured", "distance-untrusted"}
+    assert not tools.of(events, "stride")
 
 
 def test_dragging_is_said_and_not_counted(tools):
@@ -116,6 +168,50 @@ def test_being_carried_is_said_and_begins_a_new_path(tools):
     assert "carried" in [a.anomaly for a in tools.of(events, "anomaly")]
     assert tools.distance(events).distance_m == pytest.approx(1.6, abs=0.02)
     assert len({pose.since_t_ns for pose in tools.of(events, "pose")}) == 2
+
+
+def test_what_sets_a_fallen_walker_up_again_is_no_step(tools):
+    hand = tools.Hand()
+    hand.go(2.0)
+    for _ in range(4):
+        hand.go(0.5, pitch=tools.hump(1.4), climb=tools.up_down(0.05), lift=tools.hump(0.4))
+        hand.go(3.0)
+        hand.go(1.0, pitch=tools.hump(-1.4), climb=tools.up_down(0.05), lift=tools.hump(0.4))
+        hand.go(3.0)
+    events = tools.said(tools.sensed(hand))
+    assert "tipped-over" in [a.anomaly for a in tools.of(events, "anomaly")]
+    assert not tools.of(events, "stride")
+
+
+def test_after_a_fall_it_counts_again_once_it_has_stood(tools):
+    hand = tools.Hand()
+    hand.go(2.0)
+    hand.go(0.8, pitch=tools.hump(1.4))
+    hand.go(2.0)
+    hand.go(1.0, pitch=tools.hump(-1.4))
+    hand.go(2.0)
+    for _ in range(5):
+        hand.go(0.8, lift=tools.hump(0.4), climb=tools.up_down(0.07))
+        hand.go(0.6)
+    hand.go(2.0)
+    events = tools.said(tools.sensed(hand))
+    assert len(tools.of(events, "stride")) == 5
+    assert tools.distance(events).distance_m == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_ride_makes_no_steps_where_it_halts_for_a_moment(tools):
+    hand = tools.Hand()
+    hand.go(2.0)
+    for _ in range(5):
+        hand.go(2.5, lift=tools.hump(8.0), climb=tools.up_down(0.05))
+        hand.go(0.5)
+        hand.go(0.6, lift=tools.hump(0.5), climb=tools.up_down(0.05))
+        hand.go(0.5)
+    hand.go(2.0)
+    events = tools.said(tools.sensed(hand))
+    assert not tools.of(events, "stride")
+    refused = [a for a in tools.of(events, "anomaly") if "borne off" in (a.detail or "")]
+    assert len(refused) == 1
 
 
 def test_parameters_refuse_nonsense():
