@@ -97,7 +97,9 @@ class Stretch:
         if quiet is not None:
             begin = max(quiet.begin, self._rested_to, self._track.first)
             if self._is_footing(begin, quiet.end):
-                events += self._arrive(begin, quiet.end, still=False)
+                first, last = quiet.valley
+                valley = (max(first, self._rested_to, self._track.first), last)
+                events += self._arrive(begin, quiet.end, valley)
             return events
         return events + self._stand()
 
@@ -107,7 +109,7 @@ class Stretch:
         begin, end = max(self._detector.quiet_since, self._rested_to), self._track.end - 1
         events: list[Event] = []
         if not self._detector.moving and end - begin >= self._chunk // 2:
-            events = self._arrive(begin, end, still=True)
+            events = self._arrive(begin, end)
         return events + self._break_off()
 
     def break_off(self) -> tuple[list[Event], int | None]:
@@ -139,9 +141,7 @@ class Stretch:
         begin = max(d.quiet_since, self._rested_to)
         if d.index + 1 - begin < (self._chunk if self._resting else self._needed):
             return []
-        return self._arrive(begin, d.index, still=True) + self._books.stand(
-            self._track.t_ns(d.index)
-        )
+        return self._arrive(begin, d.index) + self._books.stand(self._track.t_ns(d.index))
 
     @property
     def _resting(self) -> bool:
@@ -151,14 +151,15 @@ class Stretch:
     def _needed(self) -> int:
         return self._patience if self.navigator.started else self._chunk
 
-    def _arrive(self, begin: int, end: int, *, still: bool) -> list[Event]:
-        """Take in a quiet part; return what it makes known."""
+    def _arrive(self, begin: int, end: int, valley: tuple[int, int] | None = None) -> list[Event]:
+        """Take in a quiet part: of a valley between two swings; of standing where there is none."""
+        still = valley is None
         if still:
             self._rested_to = end + 1
         if not self.navigator.started:
             return self._start(begin, end, still=still)
         nav = self.navigator
-        anchor = nav.visit(self._track, begin, end, still=still)
+        anchor = nav.visit(self._track, begin, end, valley)
         if anchor is None or nav.leaning_rad() > self._params.max_lean_rad:
             return self._refuse(begin, end, still=still)
         self.stood = True
