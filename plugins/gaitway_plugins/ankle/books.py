@@ -97,11 +97,15 @@ class Books:
             self._ledger.add_unmeasured(duration_s)
             self.path.lose()
             return [said, self._ledger.distance(t_ns)]
-        length_m = float(np.median([length for length, _ in self._usual]))
+        lengths_m = [length for length, _ in self._usual[-_STEADY:]]
+        length_m = float(np.median(lengths_m))
+        # Had the pace been changing, all of them are wrong by the same.
+        changing_m = math.sqrt(count) * float(np.std(lengths_m))
+        sigma_m = math.hypot(_FILLED_SIGMA * length_m, changing_m)
         bounds = np.linspace(since_ns, t_ns, count + 1).astype(np.int64).tolist()
         events: list[Event] = [said]
         for start, end in pairwise(bounds):
-            events += self._ledger.add_stride(start, end, length_m, _FILLED_SIGMA * length_m)
+            events += self._ledger.add_stride(start, end, length_m, sigma_m)
         self.path.lose()
         return events
 

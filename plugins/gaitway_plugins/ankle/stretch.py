@@ -14,7 +14,7 @@ from gaitway_plugins.ankle.quiet import QuietDetector
 from gaitway_plugins.ankle.tracing import Tracer
 from gaitway_plugins.ankle.track import Track
 from gaitway_plugins.ankle.watch import Watch
-from gaitway_plugins.ankle.way import Way, pendulum_share, swing_of
+from gaitway_plugins.ankle.way import Way, pendulum_share, swing_of, swung_rad
 
 _SETTLED_S: Final = 2.0
 """Standing so long, small shifts of the foot are no part of a stride."""
@@ -211,9 +211,11 @@ class Stretch:
         lift, contact, peak = swing_of(path, gyro, self._lever, self._params)
         first = anchor.index + 1 - len(path)
         step_n = anchor.pivot_n - before.pivot_n
+        turning = gyro - self.navigator.kf.gyro_bias_d
+        arc_rad = swung_rad(path, turning, step_n, self._period_s)
         way = Way(
             before, anchor, step_n, self._covariance.copy(), first + lift, first + contact, peak,
-            pendulum_share(path, gyro, step_n), self._doubtful,
+            pendulum_share(path, gyro, step_n), arc_rad, self._doubtful,
         )  # fmt: skip
         if self._is_stride(way):
             events += self._stride(way)
@@ -247,10 +249,16 @@ class Stretch:
         return (
             p.min_stride_m <= way.length_m <= p.max_stride_m
             and way.peak_mps >= p.min_swing_speed_mps
-            and (self._books.walking or way.pendulum >= p.min_pendulum_share)
+            and (self._books.walking or self._is_leglike(way))
             and (way.contact - way.lift) * self._period_s <= p.max_stride_s
             and way.length_sigma_m < _VAGUE * way.length_m
         )
+
+    def _is_leglike(self, way: Way) -> bool:
+        """Return whether what moved turned as a leg that makes such a stride has to."""
+        p = self._params
+        least_rad = max(p.min_arc_rad, p.min_arc_radpm * way.length_m)
+        return way.pendulum >= p.min_pendulum_share and way.arc_rad >= least_rad
 
     def _stride(self, way: Way) -> list[Event]:
         start_ns = self._contact_ns
