@@ -52,10 +52,11 @@ class Books:
     def __init__(self, params: AnkleParams, lever: Lever) -> None:
         lever_share = params.lever_share_per_m * max(lever.sigma_m)
         self._params = params
-        self.path: Final = PathBook(math.hypot(params.shared_sigma, lever_share))
+        self._shared: Final = math.hypot(params.shared_sigma, lever_share)
+        self.path: Final = PathBook(self._shared)
         self._ledger = WalkLedger(
             max_pause_s=params.max_pause_s,
-            shared_sigma=math.hypot(params.shared_sigma, lever_share),
+            shared_sigma=self._shared,
             stride_time_sigma_s=params.stride_time_sigma_s,
         )
         self._doubted = 0
@@ -144,8 +145,9 @@ class Books:
         self._doubted = self._doubted + 1 if way.doubtful else 0
         # So that the variance of a run of doubtful strides grows as the square of their number.
         doubt_m = _DOUBT_SIGMA * way.length_m * math.sqrt(max(0, 2 * self._doubted - 1))
+        sigma_m = math.hypot(way.length_sigma_m, clipped_m, doubt_m)
         events = self._ledger.add_stride(
-            start_ns, told.t_ns, way.length_m, math.hypot(way.length_sigma_m, clipped_m, doubt_m),
+            start_ns, told.t_ns, way.length_m, sigma_m, shared_sigma=self._shared_sigma(way),
             stance_duration_s=stance_s, swing_duration_s=swing_s,
         )  # fmt: skip
         self._usual = [*self._usual, (way.length_m, cycle_s)][-_REMEMBERED:]
@@ -161,11 +163,18 @@ class Books:
             events.append(Anomaly(t_ns=told.t_ns, anomaly="sensor-clipped", detail=detail))
         return events
 
+    def _shared_sigma(self, way: Way) -> float:
+        stairs = self._params.stairs_sigma if self._on_stairs(way) else 0.0
+        return math.hypot(self._shared, stairs)
+
+    def _on_stairs(self, way: Way) -> bool:
+        return abs(way.height_m) > self._params.stairs_height_m
+
     def _filled_in(self, event: Event, told: "Told") -> Event:
         if not isinstance(event, Stride):
             return event
         up_m = told.way.height_m
-        on_stairs = abs(up_m) > self._params.stairs_height_m
+        on_stairs = self._on_stairs(told.way)
         return event.model_copy(
             update={
                 "lift_t_ns": told.lift_ns,
