@@ -52,10 +52,11 @@ class Books:
     def __init__(self, params: AnkleParams, lever: Lever) -> None:
         lever_share = params.lever_share_per_m * max(lever.sigma_m)
         self._params = params
-        self.path: Final = PathBook(math.hypot(params.shared_sigma, lever_share))
+        self._shared: Final = math.hypot(params.shared_sigma, lever_share)
+        self.path: Final = PathBook(self._shared)
         self._ledger = WalkLedger(
             max_pause_s=params.max_pause_s,
-            shared_sigma=math.hypot(params.shared_sigma, lever_share),
+            shared_sigma=self._shared,
             stride_time_sigma_s=params.stride_time_sigma_s,
         )
         self._doubted = 0
@@ -97,11 +98,15 @@ class Books:
             self._ledger.add_unmeasured(duration_s)
             self.path.lose()
             return [said, self._ledger.distance(t_ns)]
-        length_m = float(np.median([length for length, _ in self._usual]))
+        lengths_m = [length for length, _ in self._usual[-_STEADY:]]
+        length_m = float(np.median(lengths_m))
+        # Had the pace been changing, all of them are wrong by the same.
+        changing_m = math.sqrt(count) * float(np.std(lengths_m))
+        sigma_m = math.hypot(_FILLED_SIGMA * length_m, changing_m)
         bounds = np.linspace(since_ns, t_ns, count + 1).astype(np.int64).tolist()
         events: list[Event] = [said]
         for start, end in pairwise(bounds):
-            events += self._ledger.add_stride(start, end, length_m, _FILLED_SIGMA * length_m)
+            events += self._ledger.add_stride(start, end, length_m, sigma_m)
         self.path.lose()
         return events
 
@@ -140,8 +145,9 @@ class Books:
         self._doubted = self._doubted + 1 if way.doubtful else 0
         # So that the variance of a run of doubtful strides grows as the square of their number.
         doubt_m = _DOUBT_SIGMA * way.length_m * math.sqrt(max(0, 2 * self._doubted - 1))
+        sigma_m = math.hypot(way.length_sigma_m, clipped_m, doubt_m)
         events = self._ledger.add_stride(
-            start_ns, told.t_ns, way.length_m, math.hypot(way.length_sigma_m, clipped_m, doubt_m),
+            start_ns, told.t_ns, way.length_m, sigma_m, shared_sigma=self._shared_sigma(way),
             stance_duration_s=stance_s, swing_duration_s=swing_s,
         )  # fmt: skip
         self._usual = [*self._usual, (way.length_m, cycle_s)][-_REMEMBERED:]
@@ -157,11 +163,18 @@ class Books:
             events.append(Anomaly(t_ns=told.t_ns, anomaly="sensor-clipped", detail=detail))
         return events
 
+    def _shared_sigma(self, way: Way) -> float:
+        stairs = self._params.stairs_sigma if self._on_stairs(way) else 0.0
+        return math.hypot(self._shared, stairs)
+
+    def _on_stairs(self, way: Way) -> bool:
+        return abs(way.height_m) > self._params.stairs_height_m
+
     def _filled_in(self, event: Event, told: "Told") -> Event:
         if not isinstance(event, Stride):
             return event
         up_m = told.way.height_m
-        on_stairs = abs(up_m) > self._params.stairs_height_m
+        on_stairs = self._on_stairs(told.way)
         return event.model_copy(
             update={
                 "lift_t_ns": told.lift_ns,

@@ -8,8 +8,13 @@ from gaitway_plugins.ankle.lever import Lever
 
 def pivot_speed_mps(path: Floats, gyro_d: Floats, lever: Lever) -> Floats:
     """Return how fast the pivot moves, ``|v - w x r|``, shape (n,)."""
+    return np.asarray(np.linalg.norm(pivot_velocity_n(path, gyro_d, lever), axis=1))
+
+
+def pivot_velocity_n(path: Floats, gyro_d: Floats, lever: Lever) -> Floats:
+    """Return the velocity of the pivot, ``v - w x r``, shape (n, 3)."""
     arm_n = rotated(path[:, 6:10], np.cross(gyro_d, lever.pivot_to_imu_d))
-    return np.asarray(np.linalg.norm(path[:, 3:6] - arm_n, axis=1))
+    return np.asarray(path[:, 3:6] - arm_n)
 
 
 def rotated(q_nd: Floats, vec_d: Floats) -> Floats:

@@ -29,7 +29,7 @@ from gaitway.estimation import (
 )
 from gaitway.estimation.rotation import Quaternion, from_gravity, rotate, tilt_rad
 from gaitway_plugins.ankle.lever import Lever
-from gaitway_plugins.ankle.motion import pivot_speed_mps
+from gaitway_plugins.ankle.motion import pivot_speed_mps, pivot_velocity_n
 from gaitway_plugins.ankle.params import AnkleParams
 from gaitway_plugins.ankle.track import Track
 
@@ -137,16 +137,21 @@ class Navigator:
             self._learn_at_rest(track, begin, end)
         return self._anchor(track)
 
-    def visit(self, track: Track, begin: int, end: int, *, still: bool) -> Anchor | None:
+    def visit(
+        self, track: Track, begin: int, end: int, valley: tuple[int, int] | None = None
+    ) -> Anchor | None:
         """Take in a quiet part; None when no foot stood on a floor in it.
 
         Args:
             track: Where the samples are.
             begin: Its first sample.
             end: Its last.
-            still: It is standing, not the middle of a stance.
+            valley: First and last sample between two swings; None while standing.
         """
-        moments = [max(begin, self._at + 1), end] if still else self._moments(begin, end)
+        still = valley is None
+        moments = [max(begin, self._at + 1), end]
+        if valley is not None:
+            moments = self._moments(*self._steadiest(track, *valley))
         self._run(track, moments[0], self._noise)
         footing = self._footing(track, 1.0, still=still)
         self.innovation = self.kf.innovation(footing)
@@ -186,6 +191,36 @@ class Navigator:
         accel = track.accel_d(begin, end + 1)
         sigma = math.hypot(_STANCE_MPS2, float(accel.std(axis=0).max()))
         self.kf.correct(gravity(self.kf, accel.mean(axis=0).tolist(), sigma))
+
+    def _steadiest(self, track: Track, begin: int, end: int) -> tuple[int, int]:
+        """Return where the pivot is least accelerated: the foot is flat before its heel rises.
+
+        The rate of the leg alone doesn't tell: it may well be least while the heel rises.
+        """
+        begin = max(begin, self._at + 1)
+        span = max(2, round(self._params.stance_span_s / self._period_s))
+        if end - begin <= span:
+            return begin, end
+        gained = self._gained_mps(track, begin, end, span)
+        best = float(gained.min())
+        fit = np.hypot(best, self._params.stance_velocity_sigma_mps) >= gained
+        first = last = int(gained.argmin())
+        while first > 0 and fit[first - 1]:
+            first -= 1
+        while last + 1 < len(fit) and fit[last + 1]:
+            last += 1
+        return begin + first, begin + last + span
+
+    def _gained_mps(self, track: Track, begin: int, end: int, span: int) -> Floats:
+        """Return how much velocity the pivot gains in each span; the filter is left as it is."""
+        kf = self.kf
+        nominal, covariance = kf.nominal.copy(), kf.covariance.copy()
+        accel, gyro = track.accel_d(self._at + 1, end + 1), track.gyro_d(self._at + 1, end + 1)
+        path = np.zeros((len(accel), 10))
+        kf.run(accel, gyro, self._period_s, self._noise, out=path)
+        kf.nominal[:], kf.covariance[:] = nominal, covariance
+        pivot = pivot_velocity_n(path, gyro - kf.gyro_bias_d, self._lever)[begin - end - 1 :]
+        return np.asarray(np.linalg.norm(pivot[span:] - pivot[:-span], axis=1))
 
     def _moments(self, begin: int, end: int) -> list[int]:
         span = min(end - begin, round(self._params.stance_span_s / self._period_s))

@@ -101,6 +101,9 @@ class AnkleParams(Params):
     """A stride that climbs or descends more was on stairs: half a step's rise."""
     min_stride_m: float = Field(0.12, ge=0.0)
     """A shorter stride is stepping on the spot."""
+    stairs_sigma: float = Field(0.025, ge=0.0)
+    """Relative standard deviation common to strides on stairs: the foot does not roll as on the
+    level floor where the lever arm was found."""
     max_stride_m: float = Field(2.5, gt=0.0)
     """A longer one is not believed."""
     max_stride_s: float = Field(3.0, gt=0.0)
@@ -110,6 +113,11 @@ class AnkleParams(Params):
     min_pendulum_share: float = Field(0.6, ge=0.0, le=1.0)
     """Before a bout has begun so much of its turning is about the axis across the way it goes; a
     leg's is 0.7 to 1, and less where it turns."""
+    min_arc_rad: float = Field(0.2, ge=0.0)
+    """And it turns so far back and forth about that axis, what is dragged does not,"""
+    min_arc_radpm: float = Field(0.4, ge=0.0)
+    """and so far per metre of the stride: half of it passes over a leg of 0.9 m in stance, which
+    makes 0.55; the other leg and the hip take a part."""
     max_lean_rad: float = Field(0.9, gt=0.0)
     """In mid-stance the leg leans less than this."""
     max_pause_s: float = Field(3.0, gt=0.0)

@@ -15,6 +15,9 @@ from typing import Final
 from gaitway.estimation import STANDARD_GRAVITY_MPS2, CentredMean, half_window
 from gaitway_plugins.ankle.params import AnkleParams
 
+_QUIET_RATIO: Final = 3.0
+"""The quiet part has less than so many times the lowest energy."""
+
 
 @dataclass(frozen=True, slots=True)
 class Quiet:
@@ -23,11 +26,13 @@ class Quiet:
     Attributes:
         begin: Number of the first sample of its quiet part.
         end: Number of its last.
+        valley: First and last sample of all of the stretch that is no swing.
         energy: Lowest energy in it, rad^2/s^2.
     """
 
     begin: int
     end: int
+    valley: tuple[int, int]
     energy: float
 
     @property
@@ -124,11 +129,15 @@ class QuietDetector:
 
     def _quiet_part(self) -> Quiet:
         """Return the run about the minimum that is hardly less quiet."""
-        lowest = self._valley.index(self._extreme)
-        limit = max(3.0 * self._extreme, self._floor)
-        begin = end = lowest
+        begin, end = self._below(_QUIET_RATIO)
+        return Quiet(begin, end, self._below(self._leave), self._extreme)
+
+    def _below(self, ratio: float) -> tuple[int, int]:
+        """Return first and last sample about the minimum below so many times its energy."""
+        begin = end = self._valley.index(self._extreme)
+        limit = max(ratio * self._extreme, self._floor)
         while begin > 0 and self._valley[begin - 1] <= limit:
             begin -= 1
         while end + 1 < len(self._valley) and self._valley[end + 1] <= limit:
             end += 1
-        return Quiet(self._first + begin, self._first + end, self._extreme)
+        return self._first + begin, self._first + end

@@ -14,7 +14,7 @@ from gaitway_plugins.ankle.quiet import QuietDetector
 from gaitway_plugins.ankle.tracing import Tracer
 from gaitway_plugins.ankle.track import Track
 from gaitway_plugins.ankle.watch import Watch
-from gaitway_plugins.ankle.way import Way, pendulum_share, swing_of
+from gaitway_plugins.ankle.way import Way, pendulum_share, swing_of, swung_rad
 
 _SETTLED_S: Final = 2.0
 """Standing so long, small shifts of the foot are no part of a stride."""
@@ -97,7 +97,9 @@ class Stretch:
         if quiet is not None:
             begin = max(quiet.begin, self._rested_to, self._track.first)
             if self._is_footing(begin, quiet.end):
-                events += self._arrive(begin, quiet.end, still=False)
+                first, last = quiet.valley
+                valley = (max(first, self._rested_to, self._track.first), last)
+                events += self._arrive(begin, quiet.end, valley)
             return events
         return events + self._stand()
 
@@ -107,7 +109,7 @@ class Stretch:
         begin, end = max(self._detector.quiet_since, self._rested_to), self._track.end - 1
         events: list[Event] = []
         if not self._detector.moving and end - begin >= self._chunk // 2:
-            events = self._arrive(begin, end, still=True)
+            events = self._arrive(begin, end)
         return events + self._break_off()
 
     def break_off(self) -> tuple[list[Event], int | None]:
@@ -139,9 +141,7 @@ class Stretch:
         begin = max(d.quiet_since, self._rested_to)
         if d.index + 1 - begin < (self._chunk if self._resting else self._needed):
             return []
-        return self._arrive(begin, d.index, still=True) + self._books.stand(
-            self._track.t_ns(d.index)
-        )
+        return self._arrive(begin, d.index) + self._books.stand(self._track.t_ns(d.index))
 
     @property
     def _resting(self) -> bool:
@@ -151,14 +151,15 @@ class Stretch:
     def _needed(self) -> int:
         return self._patience if self.navigator.started else self._chunk
 
-    def _arrive(self, begin: int, end: int, *, still: bool) -> list[Event]:
-        """Take in a quiet part; return what it makes known."""
+    def _arrive(self, begin: int, end: int, valley: tuple[int, int] | None = None) -> list[Event]:
+        """Take in a quiet part: of a valley between two swings; of standing where there is none."""
+        still = valley is None
         if still:
             self._rested_to = end + 1
         if not self.navigator.started:
             return self._start(begin, end, still=still)
         nav = self.navigator
-        anchor = nav.visit(self._track, begin, end, still=still)
+        anchor = nav.visit(self._track, begin, end, valley)
         if anchor is None or nav.leaning_rad() > self._params.max_lean_rad:
             return self._refuse(begin, end, still=still)
         self.stood = True
@@ -210,9 +211,11 @@ class Stretch:
         lift, contact, peak = swing_of(path, gyro, self._lever, self._params)
         first = anchor.index + 1 - len(path)
         step_n = anchor.pivot_n - before.pivot_n
+        turning = gyro - self.navigator.kf.gyro_bias_d
+        arc_rad = swung_rad(path, turning, step_n, self._period_s)
         way = Way(
             before, anchor, step_n, self._covariance.copy(), first + lift, first + contact, peak,
-            pendulum_share(path, gyro, step_n), self._doubtful,
+            pendulum_share(path, gyro, step_n), arc_rad, self._doubtful,
         )  # fmt: skip
         if self._is_stride(way):
             events += self._stride(way)
@@ -246,10 +249,16 @@ class Stretch:
         return (
             p.min_stride_m <= way.length_m <= p.max_stride_m
             and way.peak_mps >= p.min_swing_speed_mps
-            and (self._books.walking or way.pendulum >= p.min_pendulum_share)
+            and (self._books.walking or self._is_leglike(way))
             and (way.contact - way.lift) * self._period_s <= p.max_stride_s
             and way.length_sigma_m < _VAGUE * way.length_m
         )
+
+    def _is_leglike(self, way: Way) -> bool:
+        """Return whether what moved turned as a leg that makes such a stride has to."""
+        p = self._params
+        least_rad = max(p.min_arc_rad, p.min_arc_radpm * way.length_m)
+        return way.pendulum >= p.min_pendulum_share and way.arc_rad >= least_rad
 
     def _stride(self, way: Way) -> list[Event]:
         start_ns = self._contact_ns

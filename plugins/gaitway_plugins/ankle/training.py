@@ -57,12 +57,13 @@ class Walk:
 
     Attributes:
         track: All its samples.
-        quiets: First and last sample of each quiet part, and whether it was standing.
+        quiets: First and last sample of each quiet part, and the valley it is the bottom of; no
+            valley while standing.
         strides: How many strides were found.
     """
 
     track: Track
-    quiets: list[tuple[int, int, bool]] = field(default_factory=list)
+    quiets: list[tuple[int, int, tuple[int, int] | None]] = field(default_factory=list)
     strides: int = 0
 
 
@@ -73,10 +74,10 @@ class _Listener(Stretch):
         super().__init__(params, period_s, lever, Books(params, lever))
         self._walk = walk
 
-    def _arrive(self, begin: int, end: int, *, still: bool) -> list[Event]:
-        events = super()._arrive(begin, end, still=still)
+    def _arrive(self, begin: int, end: int, valley: tuple[int, int] | None = None) -> list[Event]:
+        events = super()._arrive(begin, end, valley)
         if self.stood:
-            self._walk.quiets.append((begin, end, still))
+            self._walk.quiets.append((begin, end, valley))
         return events
 
 
@@ -174,7 +175,7 @@ def _mounted(batch: SampleBatch, C_db: Floats) -> SampleBatch:
 
 def _check(walk: Walk) -> None:
     """Refuse a walk from which nothing can be learned."""
-    stands = [still for _, _, still in walk.quiets]
+    stands = [valley is None for _, _, valley in walk.quiets]
     if walk.strides < _STRIDES_MIN:
         raise CalibrationError(
             f"{walk.strides} strides of the leg with the sensor were found, at least "
@@ -262,11 +263,11 @@ def _way_of(params: AnkleParams, walk: Walk, lever_d: Floats) -> tuple[float, fl
     lever = Lever((x, y, z), (0.0, 0.0, 0.0))
     sure = params.model_copy(update={"gate_nis": float("inf")})
     nav = Navigator(sure, walk.track.period_s, lever)
-    begin, end, still = walk.quiets[0]
-    first = last = nav.start(walk.track, begin, end, still=still)
+    begin, end, valley = walk.quiets[0]
+    first = last = nav.start(walk.track, begin, end, still=valley is None)
     innovations: list[Any] = []
-    for begin, end, still in walk.quiets[1:]:
-        anchor = nav.visit(walk.track, begin, end, still=still)
+    for begin, end, valley in walk.quiets[1:]:
+        anchor = nav.visit(walk.track, begin, end, valley)
         assert anchor is not None
         last = anchor
         innovations.append(nav.innovation.standardised)

@@ -26,6 +26,7 @@ class Way:
         contact: Number of the one at which it came down.
         peak_mps: Greatest speed of the pivot.
         pendulum: Share of the turning that is about the axis across the way, 0 to 1.
+        arc_rad: How far the leg turned back and forth about that axis.
         doubtful: It closed only with much more noise than the sensor has.
     """
 
@@ -37,6 +38,7 @@ class Way:
     contact: int
     peak_mps: float
     pendulum: float
+    arc_rad: float
     doubtful: bool
 
     @property
@@ -99,7 +101,23 @@ def pendulum_share(path: Floats, gyro_d: Floats, step_n: Floats) -> float:
         gyro_d: Angular rate, shape (n, 3).
         step_n: The step, shape (3,).
     """
+    turning = _about_across(path, gyro_d, step_n)
+    return float((turning**2).sum() / max((gyro_d**2).sum(), _FLAT_M))
+
+
+def swung_rad(path: Floats, gyro_d: Floats, step_n: Floats, period_s: float) -> float:
+    """Return how far the leg turned back and forth about the horizontal axis across a step.
+
+    Args:
+        path: As for ``swing_of``.
+        gyro_d: Angular rate without its bias, shape (n, 3).
+        step_n: The step, shape (3,).
+        period_s: Of the samples.
+    """
+    return float(np.ptp(np.cumsum(_about_across(path, gyro_d, step_n)))) * period_s
+
+
+def _about_across(path: Floats, gyro_d: Floats, step_n: Floats) -> Floats:
     length = max(float(np.hypot(*step_n[:2])), _FLAT_M)
     across = np.array([-step_n[1], step_n[0], 0.0]) / length
-    rate_n = rotated(path[:, 6:10], gyro_d)
-    return float(((rate_n @ across) ** 2).sum() / max((rate_n**2).sum(), _FLAT_M))
+    return np.asarray(rotated(path[:, 6:10], gyro_d) @ across)

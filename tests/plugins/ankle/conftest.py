@@ -89,6 +89,37 @@ class Tools:
         return [event for event in events if isinstance(event, Distance)][-1]
 
     @staticmethod
+    def dragged(seed, minutes=5.0):
+        """Return what a sensor feels that is dragged over a floor, leaning and trembling."""
+        rng, hz = np.random.default_rng(seed), 100.0
+        n = round(60.0 * minutes * hz)
+
+        def band(low_hz, high_hz):
+            kept = np.abs(np.fft.rfftfreq(n, 1.0 / hz) - 0.5 * (low_hz + high_hz))
+            spectrum = np.fft.rfft(rng.standard_normal(n))
+            noise = np.fft.irfft(np.where(kept < 0.5 * (high_hz - low_hz), spectrum, 0.0), n)
+            return noise / noise.std()
+
+        t = np.arange(n) / hz
+        on = np.convolve(np.sin(2.0 * np.pi * t / 30.0) > -0.5, np.ones(40) / 40.0, "same")
+        on[:300] = on[-300:] = 0.0
+        pitch = on * (0.35 + 0.026 * band(0.5, 3.0))
+        roll = on * 0.026 * band(0.5, 3.0)
+        forward = np.gradient(0.5 * on * (1.0 + 0.3 * band(0.3, 1.2))) * hz
+        forward += 0.6 * on * band(15.0, 40.0)
+        force_n = np.column_stack([forward, np.zeros(n), 9.80665 + 1.5 * on * band(20.0, 45.0)])
+        c, s = np.cos(pitch), np.sin(pitch)
+        tilted = np.column_stack([
+            c * force_n[:, 0] - s * force_n[:, 2], roll * force_n[:, 2],
+            s * force_n[:, 0] + c * force_n[:, 2],
+        ])  # fmt: skip
+        gyro = np.column_stack([np.gradient(roll), np.gradient(pitch), np.zeros(n)]) * hz
+        accel = tilted + 0.02 * rng.standard_normal((n, 3))
+        gyro += 2e-3 * rng.standard_normal((n, 3))
+        t_ns = np.arange(n, dtype=np.int64) * 10_000_000
+        return SampleBatch(t_ns, 1 / hz, 0, {"accel": accel, "gyro": gyro})
+
+    @staticmethod
     def cut(batch, *bounds):
         return [batch[begin:end] for begin, end in pairwise([0, *bounds, len(batch)])]
 

@@ -54,10 +54,13 @@ def legs(distance_m, length_m, rise_m):
 def heel_walk(
     *, distance_m=40.0, length_m=1.3, rise_m=0.0, cycle_s=1.15, stance_share=0.6, swing_rad=0.7,
     lever_d=(0.03, 0.0, 0.12), rate_hz=100.0, rest_s=2.0, sway_rad=0.0, clearance_m=0.08,
-    turn_rad=0.0, seed=0, vary=0.03, noise_accel=1.2e-3, noise_gyro=1.2e-4, bias_accel=0.03,
-    bias_gyro=0.005, scale=0.0,
+    turn_rad=0.0, heel_rise_s=0.0, seed=0, vary=0.03, noise_accel=1.2e-3, noise_gyro=1.2e-4,
+    bias_accel=0.03, bias_gyro=0.005, scale=0.0,
 ):  # fmt: skip
-    """Return a walk; noise as densities, biases and scale as standard deviations."""
+    """Return a walk; noise as densities, biases and scale as standard deviations.
+
+    The last heel_rise_s of a stance the heel rises forward while the leg turns slower.
+    """
     rng = np.random.default_rng(seed)
     lengths, rises = legs(distance_m, length_m, rise_m)
     lengths = lengths * (1.0 + vary * rng.standard_normal(len(lengths)))
@@ -65,6 +68,8 @@ def heel_walk(
     pitch, pivot, yaw = [np.zeros(round(rest_s / dt))], [np.zeros((round(rest_s / dt), 3))], []
     yaw.append(np.zeros(len(pitch[0])))
     at, heading, lean, now = np.zeros(3), 0.0, 0.0, rest_s
+    rising_mps2 = np.array([0.5, 0.0, 0.3])
+    off_m = off_mps = np.zeros(3)
     contacts, offs = [], []
     for number, (length, rise) in enumerate(zip(lengths, rises, strict=True)):
         swing_s = cycle_s * (1.0 - stance_share) * (1.0 + vary * rng.standard_normal())
@@ -84,7 +89,10 @@ def heel_walk(
         s = quintic(t, swing_s, 0.0, 1.0, 0.0, 0.0)
         step = np.array([np.cos(heading), np.sin(heading), 0.0]) * length + [0.0, 0.0, rise]
         lift = clearance_m * 64 * (t / swing_s) ** 3 * (1 - t / swing_s) ** 3
-        pivot.append(at + np.outer(s, step) + np.outer(lift, [0.0, 0.0, 1.0]))
+        carry = [
+            quintic(t, swing_s, *off, 0.0) for off in zip(off_m, [0.0] * 3, off_mps, strict=True)
+        ]
+        pivot.append(at + np.outer(s, step) + np.outer(lift, [0.0, 0.0, 1.0]) + np.transpose(carry))
         turning = turn_rad / len(lengths)
         yaw.append(heading + s * turning)
         heading += turning
@@ -94,10 +102,13 @@ def heel_walk(
         contacts.append(now)
         if not last:
             t = np.arange(0.0, stance_s, dt)
-            pitch.append(to + rate * t)
-            pivot.append(np.tile(at, (len(t), 1)))
+            risen = np.maximum(0.0, t - stance_s + heel_rise_s)
+            slower = 0.6 * np.sin(np.pi * risen / max(heel_rise_s, dt)) ** 2
+            pitch.append(to + rate * np.cumsum(1.0 - slower) * dt)
+            pivot.append(at + 0.5 * np.outer(risen**2, rising_mps2))
+            off_m, off_mps = pivot[-1][-1] - at, risen[-1] * rising_mps2
             yaw.append(np.full(len(t), heading))
-            lean, now = to + rate * stance_s, now + stance_s
+            lean, now = pitch[-1][-1], now + stance_s
     n = round(rest_s / dt)
     pitch.append(np.zeros(n))
     pivot.append(np.tile(at, (n, 1)))

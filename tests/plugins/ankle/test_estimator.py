@@ -147,6 +147,26 @@ def test_a_long_gap_makes_no_distance_up(tools):
     assert told.distance_m < 0.8 * 25.0
 
 
+@pytest.mark.parametrize("cycle_s", [1.0, 1.3])
+def test_the_foot_is_flat_before_the_heel_rises_though_the_leg_turns_slower_then(tools, cycle_s):
+    walk = tools.heel(distance_m=20.0, heel_rise_s=0.22, cycle_s=cycle_s, seed=4)
+    events = tools.said(tools.estimator(lever_arm_m=tools.LEVER_B), tools.heel_batch(walk))
+    assert tools.distance(events).distance_m == pytest.approx(walk.distance_m, rel=0.015)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_what_is_dragged_along_does_not_swing_like_a_leg(tools, seed):
+    events = tools.said(tools.estimator(lever_arm_m=tools.LEVER_B), tools.dragged(seed))
+    assert tools.strides(events) == []
+
+
+def test_stairs_are_less_certain_than_the_level_the_lever_arm_is_from(tools):
+    walk = tools.heel(distance_m=6.0, length_m=0.56, rise_m=0.34, seed=1)
+    estimator = tools.estimator(lever_arm_m=tools.LEVER_B, lever_arm_sigma_m=0.0)
+    told = tools.distance(tools.said(estimator, tools.heel_batch(walk)))
+    assert 0.02 * told.distance_m < told.distance_sigma_m < 0.05 * told.distance_m
+
+
 @pytest.mark.parametrize("size", [1, 7, 1000])
 def test_how_samples_are_cut_into_batches_changes_nothing(tools, size):
     _, batch = tools.simulated(seed=3, distance_m=6.0)

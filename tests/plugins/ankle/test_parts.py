@@ -10,12 +10,15 @@ from hypothesis import strategies as st
 from gaitway.api import Stride, WalkPlan
 from gaitway.estimation.rotation import normalized, rotate
 from gaitway.registry import load_registry
+from gaitway_plugins.ankle.books import Books, Told
 from gaitway_plugins.ankle.lever import Lever
 from gaitway_plugins.ankle.motion import rotated
+from gaitway_plugins.ankle.navigator import Anchor
 from gaitway_plugins.ankle.params import AnkleParams
 from gaitway_plugins.ankle.published import PublishedEstimator
 from gaitway_plugins.ankle.quiet import QuietDetector
 from gaitway_plugins.ankle.simulation import STAIR_RISE_M, simulate
+from gaitway_plugins.ankle.way import Way
 
 numbers = st.floats(-5.0, 5.0)
 
@@ -121,3 +124,28 @@ def test_the_summary_adds_height_and_the_path_in_space(tools):
     assert summary["path_length_m"] == pytest.approx(path_m)
     json.dumps(summary)
     assert device.summarise([])["height_m"] is None
+
+
+def told_stride(number, length_m):
+    zero, q_nd = np.zeros(3), (1.0, 0.0, 0.0, 0.0)
+    ends = [Anchor(110 * k, 1_100_000_000 * k, zero, q_nd, np.zeros((3, 3)), 0.0)
+            for k in (number, number + 1)]  # fmt: skip
+    step_n, covariance = np.array([length_m, 0.0, 0.0]), np.eye(3) * 1e-4
+    way = Way(ends[0], ends[1], step_n, covariance, 0, 1, 3.0, 1.0, 1.0, doubtful=False)
+    begin, end = ends[0].t_ns, ends[1].t_ns
+    return Told(way, begin, (begin + end) // 2, end, 0.0)
+
+
+@pytest.mark.parametrize(("lengths_m", "low", "high"), [
+    ([1.2] * 6, 0.12 * 1.2, 0.2), ([0.4] * 4 + [0.6, 1.2, 1.2], 0.28, 0.6),
+])  # fmt: skip
+def test_a_gap_goes_on_at_the_last_pace_and_says_how_steady_that_was(lengths_m, low, high):
+    books = Books(AnkleParams(), Lever((0.0, 0.0, 0.1), (0.0, 0.0, 0.0)))
+    books.begin(0)
+    for number, length_m in enumerate(lengths_m):
+        books.stride(told_stride(number, length_m))
+    now_ns = 1_100_000_000 * len(lengths_m)
+    events = books.unseen(now_ns, now_ns + 1_100_000_000, "gap-in-stride", "")
+    (filled,) = [event for event in events if isinstance(event, Stride)]
+    assert filled.stride_length_m == pytest.approx(1.2)
+    assert low <= filled.stride_length_sigma_m < high
