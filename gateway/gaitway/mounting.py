@@ -122,15 +122,24 @@ def mount(batch: SampleBatch, C_db: Floats) -> SampleBatch:
     channels = dict(batch.channels)
     for name in (ACCEL.name, GYRO.name):
         if name in channels:
-            channels[name] = _read_only(channels[name].dot(C_db.T))
+            channels[name] = _read_only(_rows_times(channels[name], C_db.T))
     if ATTITUDE.name in channels:
         channels[ATTITUDE.name] = _read_only(_turned(channels[ATTITUDE.name], C_db))
     return SampleBatch(batch.t_ns, batch.period_s, batch.sequence, channels)
 
 
+def _rows_times(rows: Floats, matrix: Floats) -> Floats:
+    """Return ``rows @ matrix``, each row by itself.
+
+    BLAS sums one row in another order than many, so that how a batch is cut would show.
+    """
+    product: Floats = np.einsum("ij,jk->ik", rows, matrix)
+    return product
+
+
 def _turned(q_nb: Floats, C_db: Floats) -> Floats:
     """Return q_nd, shape (n, 4), from q_nb: the attitude of the device instead of the IMU."""
-    q_nd: Floats = q_nb.dot(_right_product(C_db.tobytes()))
+    q_nd = _rows_times(q_nb, _right_product(C_db.tobytes()))
     (flipped,) = (q_nd[:, 0] < 0.0).nonzero()
     if len(flipped):
         q_nd[flipped] *= -1.0

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitway.mounting import DIRECTIONS, mount, mounting_table, rotation_from_mounting
-from gaitway.samples import SampleBatch, frozen_rows
+from gaitway.samples import ACCEL, ATTITUDE, GYRO, SampleBatch, frozen_rows
 
 RIGHT_HANDED = []
 for ways in itertools.product(DIRECTIONS, repeat=3):
@@ -138,3 +138,19 @@ def test_directions_as_components_are_the_same_as_by_name():
         assert rotation_from_mounting(vectors) == pytest.approx(
             rotation_from_mounting(named), abs=1e-15
         )
+
+
+@pytest.mark.parametrize("size", [1, 2, 7])
+def test_how_a_batch_is_cut_changes_no_bit_of_an_askew_mounting(size):
+    rng = np.random.default_rng(1)
+    q_nb = rng.normal(size=(50, 4))
+    channels = {
+        ACCEL.name: rng.normal(size=(50, 3)),
+        GYRO.name: rng.normal(size=(50, 3)),
+        ATTITUDE.name: q_nb / np.linalg.norm(q_nb, axis=1, keepdims=True),
+    }
+    batch = SampleBatch(np.arange(50), 0.01, 0, channels)
+    C_db = rotation_from_mounting({"x": [0.98, 0, 0.199], "y": [0, 1, 0], "z": [-0.199, 0, 0.98]})
+    parts = [mount(batch[start : start + size], C_db) for start in range(0, 50, size)]
+    for name, whole in mount(batch, C_db).channels.items():
+        assert np.array_equal(np.concatenate([part.channels[name] for part in parts]), whole)

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from gaitway.estimation.error_state import ErrorStateFilter, Measurement
-from gaitway.estimation.rotation import cross, skew, to_matrix
+from gaitway.estimation.rotation import cross, rotate, skew, to_matrix
 from gaitway.estimation.states import ACCEL_BIAS, ATT, GYRO_BIAS, VEL
 from gaitway.samples import Floats
 
@@ -46,15 +46,17 @@ def pivot_velocity(
         imu_to_pivot_d: From the sensor to the point that stands still, metres.
         sigma_mps: How fast it may be moving nevertheless, per axis.
     """
-    C_nd = to_matrix(kf.q_nd)
-    rate_d = [w - bias for w, bias in zip(gyro_d, kf.gyro_bias_d.tolist(), strict=True)]
-    lever_d = tuple(imu_to_pivot_d)
-    turning_n = C_nd.dot(cross(rate_d, lever_d))
+    _, _, _, vx, vy, vz, w, x, y, z, *bias = kf.nominal.tolist()
+    gx, gy, gz = gyro_d
+    lx, ly, lz = imu_to_pivot_d
+    tx, ty, tz = rotate(
+        (w, x, y, z), cross((gx - bias[0], gy - bias[1], gz - bias[2]), (lx, ly, lz))
+    )
     H = _selector(kf.states, VEL.start).copy()
-    H[:, ATT] = -skew(turning_n.tolist())
-    if kf.states == 15:
-        H[:, GYRO_BIAS] = C_nd.dot(skew(lever_d))
-    return Measurement(-(kf.vel_n + turning_n), H, isotropic(sigma_mps))
+    H[:, ATT] = ((0.0, tz, -ty), (-tz, 0.0, tx), (ty, -tx, 0.0))  # -[turning_n x]
+    if kf.states == 15 and (lx or ly or lz):
+        H[:, GYRO_BIAS] = to_matrix((w, x, y, z)).dot(skew((lx, ly, lz)))
+    return Measurement(np.array((-vx - tx, -vy - ty, -vz - tz)), H, isotropic(sigma_mps))
 
 
 def zero_rate(kf: ErrorStateFilter, gyro_d: Iterable[float], sigma_radps: float) -> Measurement:

@@ -1,6 +1,8 @@
 """From contact to contact: when the cane is lifted, when it lands, and how far from there."""
 
+from bisect import bisect_left
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final
@@ -8,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitway.api import Floats, Ints
+from gaitway.api import Floats
 from gaitway.estimation import ImuBlock, tilts_from_gravity_rad
 from gaitway_plugins.quad_cane.navigator import Displacement, Navigator
 
@@ -141,7 +143,7 @@ class Placements:
             nothing is navigated, shape (n,).
         """
         poses = np.full((len(block), 10), np.nan)
-        loud, calm = np.flatnonzero(~quiet), np.flatnonzero(quiet)
+        loud, calm = np.flatnonzero(~quiet).tolist(), np.flatnonzero(quiet).tolist()
         row = 0
         while row < len(block):
             if self.phase is Phase.STANDING:
@@ -266,7 +268,7 @@ class Placements:
         return stop
 
 
-def _first_from(rows: Ints, row: int, otherwise: int) -> int:
+def _first_from(rows: Sequence[int], row: int, otherwise: int) -> int:
     """Return the first of ascending rows that is not before ``row``."""
-    at = int(np.searchsorted(rows, row))
-    return int(rows[at]) if at < len(rows) else otherwise
+    at = bisect_left(rows, row)
+    return rows[at] if at < len(rows) else otherwise

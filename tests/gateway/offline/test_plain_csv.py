@@ -51,8 +51,8 @@ def test_every_number_is_what_float_makes_of_it(rows, end, tail, block_bytes):
 def test_with_anything_odd_in_it_it_gives_nothing(rows, row, column, odd):
     rows[row % len(rows)][column] = odd
     text = "\n".join(["a,b,c", *map(",".join, rows)])
-    # At the very end a line break is no cell.
-    if text.rstrip() == text:
+    # At the very end a line break is no cell, and before another one it is part of that.
+    if text.rstrip() == text and "\r\n" not in text:
         assert read_plain(text.encode()) is None
 
 
