@@ -74,7 +74,7 @@ class Distance(Event):
     since_t_ns: int
     """When counting began, same clock as t_ns."""
     distance_m: float
-    """Sum of all stride lengths while walking."""
+    """Sum of all stride lengths while walking, interpolated ones included."""
     distance_sigma_m: float
     """Standard deviation of distance_m; grows with every metre and with all that went unseen."""
     strides: int
